@@ -293,6 +293,14 @@ void compute_ok(const test_robot *robot, tfa_workspace *w, const tfa_request *re
     assert_int_equal(reply->status, TFA_OK);
 }
 
+double norm2(const double *x, size_t n)
+{
+    double sum = 0;
+    for (size_t k = 0; k < n; k++)
+        sum += x[k] * x[k];
+    return sqrt(sum);
+}
+
 double relative_error(const double *x, const double *reference, size_t n)
 {
     double difference = 0, size = 0;

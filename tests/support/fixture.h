@@ -65,6 +65,8 @@ void compute_ok(const test_robot *robot, tfa_workspace *w, const tfa_request *re
  * so by name: singular.c, chains_cr.c. */
 bool fixture_refuses(const test_robot *robot, tfa_method method);
 
+/** The 2-norm */
+double norm2(const double *x, size_t n);
 /** |x - reference| / |reference| in the 2-norm; |x| where the reference is zero. */
 double relative_error(const double *x, const double *reference, size_t n);
 

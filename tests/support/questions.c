@@ -103,6 +103,8 @@ answers *answers_create(const test_robot *robot, uint32_t count)
     answers *a = calloc(1, sizeof *a);
     const size_t nv = robot->nv, n = robot->n, k = count;
     a->count = count;
+    a->n = robot->n;
+    a->nv = robot->nv;
     a->numbers = 2 * nv + 12 + (size_t)36 * MOST_TIPS * MOST_TIPS + n * n + 7 * MOST_TIPS;
     a->memory = malloc(k * a->numbers * sizeof(double));
     a->each = malloc(k * sizeof *a->each);
@@ -124,19 +126,24 @@ void answers_free(answers *a)
     free(a);
 }
 
+tfa_reply answers_reply(const answers *a, uint32_t k, uint32_t tips)
+{
+    return (tfa_reply){.qdd = a->qdd + (size_t)k * a->nv,
+                       .tau = a->tau + (size_t)k * a->nv,
+                       .base_acceleration = a->base_acceleration + 6 * (size_t)k,
+                       .base_wrench = a->base_wrench + 6 * (size_t)k,
+                       .lambda_inv = a->lambda_inv + 36 * (size_t)k * tips * tips,
+                       .mass_matrix = a->mass_matrix + (size_t)k * a->n * a->n,
+                       .poses = a->poses + 7 * (size_t)k * tips,
+                       .answers = a->each + k};
+}
+
 void answers_ask(answers *a, tfa_workspace *w, const tfa_request *r)
 {
     for (size_t k = 0; k < a->count * a->numbers; k++)
         a->memory[k] = NAN;
     memset(a->each, 0, a->count * sizeof *a->each);
-    tfa_reply reply = {.qdd = a->qdd,
-                       .tau = a->tau,
-                       .base_acceleration = a->base_acceleration,
-                       .base_wrench = a->base_wrench,
-                       .lambda_inv = a->lambda_inv,
-                       .mass_matrix = a->mass_matrix,
-                       .poses = a->poses,
-                       .answers = a->each};
+    tfa_reply reply = answers_reply(a, 0, 0);
     (void)tfa_compute(w, r, &reply);
 }
 

@@ -30,7 +30,7 @@ tfa_request question_request(const test_robot *robot, const question *q, const r
 
 /** All that a workspace answers about up to `count` states; what nothing was written to is NaN. */
 typedef struct answers {
-    uint32_t count;
+    uint32_t count, n, nv;
     size_t numbers; /**< of one state */
     double *qdd, *tau, *base_acceleration, *base_wrench, *lambda_inv, *mass_matrix, *poses;
     tfa_answer *each;
@@ -39,6 +39,8 @@ typedef struct answers {
 
 answers *answers_create(const test_robot *robot, uint32_t count);
 void answers_free(answers *a);
+/** A reply that fills all of `a` from state k on, for requests with so many tips. */
+tfa_reply answers_reply(const answers *a, uint32_t k, uint32_t tips);
 void answers_ask(answers *a, tfa_workspace *w, const tfa_request *r);
 
 /** Fails unless both hold the same bits, naming robot, question and `what`. */

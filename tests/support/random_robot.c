@@ -399,3 +399,12 @@ void random_states_free(random_states *states)
     free(states->memory);
     free(states);
 }
+
+uint32_t description_root(const tfa_description *d)
+{
+    uint32_t root = 0;
+    for (size_t pass = 0; pass < d->joint_count; pass++)
+        for (size_t j = 0; j < d->joint_count; j++)
+            root = d->joints[j].child == root ? d->joints[j].parent : root;
+    return root;
+}

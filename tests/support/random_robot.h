@@ -45,6 +45,8 @@ typedef struct random_robot_options {
 /** Physically valid inertias, masses 0.1 .. 10 kg; half of the links on fixed joints have none. */
 tfa_description *random_robot_create(uint64_t seed, const random_robot_options *options);
 void random_robot_free(tfa_description *description);
+/** The link that hangs from none */
+uint32_t description_root(const tfa_description *description);
 
 /** Takes mass and inertia away from links, each with this chance, but from none without which
  * a moving joint would move nothing with mass, not from those next to a joint of several freedoms,

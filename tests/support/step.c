@@ -83,3 +83,15 @@ void step_model(const tfa_model *model, const double *q, const double *pose, con
     if (six)
         step_pose(pose, v, dt, pose_out);
 }
+
+void rotate_vector(const double quat[4], const double v[3], double out[3])
+{
+    double t[3], turned[3];
+    for (int i = 0; i < 3; i++)
+        t[i] = 2 * (quat[(i + 1) % 3] * v[(i + 2) % 3] - quat[(i + 2) % 3] * v[(i + 1) % 3]);
+    for (int i = 0; i < 3; i++)
+        turned[i] = v[i] + quat[3] * t[i] + quat[(i + 1) % 3] * t[(i + 2) % 3] -
+                    quat[(i + 2) % 3] * t[(i + 1) % 3];
+    for (int i = 0; i < 3; i++)
+        out[i] = turned[i];
+}

@@ -20,4 +20,7 @@ void step_state(const tfa_description *description, const oracle *o, const rando
 void step_model(const tfa_model *model, const double *q, const double *pose, const double *v,
                 double dt, double *q_out, double *pose_out);
 
+/** out = v turned by the unit quaternion, x y z w; `out` may be `v`. */
+void rotate_vector(const double quat[4], const double v[3], double out[3]);
+
 #endif

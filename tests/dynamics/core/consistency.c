@@ -5,7 +5,7 @@
  * and what the answer says of its own error.
  */
 #include "models.h"
-#include "support/fixture.h"
+#include "support/questions.h"
 #include "test.h"
 
 #define STATES 5
@@ -19,33 +19,10 @@ static const tfa_method methods[] = {
     TFA_METHOD_SCAN_TWO_PASS, TFA_METHOD_DCA, TFA_METHOD_HESSENBERG};
 #define METHODS (sizeof methods / sizeof *methods)
 
-/* One answer to STATES states: qdd, base_acceleration, lambda_inv. */
-struct answer {
-    double *qdd, base[6 * STATES], lambda[LAMBDA * STATES];
-    tfa_answer each[STATES];
-};
-
-static struct answer *answer_make(const test_robot *robot)
-{
-    struct answer *a = calloc(1, sizeof *a);
-    a->qdd = calloc((size_t)STATES * robot->nv + 1, sizeof *a->qdd);
-    assert_non_null(a->qdd);
-    return a;
-}
-
-static void answer_free(struct answer *a)
-{
-    free(a->qdd);
-    free(a);
-}
-
-static void ask(const test_robot *robot, tfa_workspace *w, const tfa_request *r, struct answer *a,
+static void ask(const test_robot *robot, tfa_workspace *w, const tfa_request *r, answers *a,
                 uint32_t k)
 {
-    tfa_reply reply = {.qdd = a->qdd + (size_t)k * robot->nv,
-                       .base_acceleration = a->base + 6 * k,
-                       .lambda_inv = a->lambda + LAMBDA * k,
-                       .answers = a->each + k};
+    tfa_reply reply = answers_reply(a, k, TIPS);
     compute_ok(robot, w, r, &reply);
 }
 
@@ -58,12 +35,12 @@ static tfa_request full_request(const test_robot *robot, const random_states *x)
     return r;
 }
 
-static double qdd_error(const test_robot *robot, const struct answer *got,
-                        const struct answer *want)
+static double qdd_error(const test_robot *robot, const answers *got, const answers *want)
 {
     double error = relative_error(got->qdd, want->qdd, (size_t)STATES * robot->nv);
     if (robot->n > robot->nv)
-        error = fmax(error, relative_error(got->base, want->base, 6 * STATES));
+        error = fmax(error,
+                     relative_error(got->base_acceleration, want->base_acceleration, 6 * STATES));
     return error;
 }
 
@@ -89,7 +66,7 @@ static tfa_request single(const test_robot *robot, const tfa_request *r, uint32_
 static void batch(test_robot *robot)
 {
     random_states *x = fixture_states(robot, 0, STATES, WRENCHES);
-    struct answer *all = answer_make(robot), *each = answer_make(robot);
+    answers *all = answers_create(robot, STATES), *each = answers_create(robot, STATES);
     tfa_request r = full_request(robot, x);
     for (size_t m = 0; m < METHODS; m++) {
         if (fixture_refuses(robot, methods[m]))
@@ -101,11 +78,13 @@ static void batch(test_robot *robot)
             ask(robot, robot->f64, &one, each, k);
         }
         assert_memory_equal(all->qdd, each->qdd, STATES * robot->nv * sizeof(double));
-        assert_memory_equal(all->base, each->base, sizeof all->base);
-        assert_memory_equal(all->lambda, each->lambda, sizeof all->lambda);
+        if (robot->n > robot->nv)
+            assert_memory_equal(all->base_acceleration, each->base_acceleration,
+                                6 * STATES * sizeof(double));
+        assert_memory_equal(all->lambda_inv, each->lambda_inv, LAMBDA * STATES * sizeof(double));
     }
-    answer_free(each);
-    answer_free(all);
+    answers_free(each);
+    answers_free(all);
     random_states_free(x);
 }
 
@@ -118,7 +97,7 @@ static double worst_fused;
 static void fused(test_robot *robot)
 {
     random_states *x = fixture_states(robot, 0, STATES, WRENCHES);
-    struct answer *both = answer_make(robot), *apart = answer_make(robot);
+    answers *both = answers_create(robot, STATES), *apart = answers_create(robot, STATES);
     for (size_t m = 0; m < METHODS; m++)
         for (uint32_t refine = 0; refine < 2; refine++) {
             tfa_request r = full_request(robot, x);
@@ -134,11 +113,12 @@ static void fused(test_robot *robot)
             ask(robot, robot->f64, &r, apart, 0);
             const char *name = tfa_method_name((uint32_t)methods[m]);
             assert_within(robot, name, qdd_error(robot, both, apart), 2e-11, &worst_fused);
-            assert_within(robot, name, relative_error(both->lambda, apart->lambda, LAMBDA * STATES),
+            assert_within(robot, name,
+                          relative_error(both->lambda_inv, apart->lambda_inv, LAMBDA * STATES),
                           2e-11, &worst_fused);
         }
-    answer_free(apart);
-    answer_free(both);
+    answers_free(apart);
+    answers_free(both);
     random_states_free(x);
 }
 
@@ -150,19 +130,19 @@ TEST(fused_equals_separate)
 
 /* ---- what is left out is zero, or the model's ---- */
 
-static void assert_same(const test_robot *robot, const struct answer *a, const struct answer *b)
+static void assert_same(const test_robot *robot, const answers *a, const answers *b)
 {
     for (size_t k = 0; k < (size_t)STATES * robot->nv; k++)
         assert_true(a->qdd[k] == b->qdd[k]); /* 0 and -0 are the same */
-    for (size_t k = 0; k < sizeof a->base / sizeof *a->base; k++)
-        assert_true(a->base[k] == b->base[k]);
-    assert_memory_equal(a->lambda, b->lambda, sizeof a->lambda);
+    for (size_t k = 0; robot->n > robot->nv && k < 6 * STATES; k++)
+        assert_true(a->base_acceleration[k] == b->base_acceleration[k]);
+    assert_memory_equal(a->lambda_inv, b->lambda_inv, LAMBDA * STATES * sizeof(double));
 }
 
 static void left_out(test_robot *robot)
 {
     random_states *x = fixture_states(robot, 0, STATES, WRENCHES);
-    struct answer *a = answer_make(robot), *b = answer_make(robot);
+    answers *a = answers_create(robot, STATES), *b = answers_create(robot, STATES);
     double *zeros = calloc((size_t)STATES * (robot->nv + 6 * WRENCHES), sizeof *zeros);
     tfa_request r = full_request(robot, x);
     const double standard[3] = {0, 0, -9.80665};
@@ -182,8 +162,8 @@ static void left_out(test_robot *robot)
     ask(robot, robot->f64, &r, b, 0);
     assert_same(robot, a, b);
     free(zeros);
-    answer_free(b);
-    answer_free(a);
+    answers_free(b);
+    answers_free(a);
     random_states_free(x);
 }
 
@@ -194,7 +174,7 @@ EVERY_ROBOT(null_means_zero, left_out, true)
 static void rotor(test_robot *robot)
 {
     random_states *x = fixture_states(robot, 0, STATES, WRENCHES);
-    struct answer *a = answer_make(robot), *b = answer_make(robot);
+    answers *a = answers_create(robot, STATES), *b = answers_create(robot, STATES);
     tfa_request r = full_request(robot, x);
     for (int asked = 0; asked < 2; asked++) {
         const tfa_model_options options = {.base = robot->base, .rotor_inertia = asked == 0};
@@ -207,8 +187,8 @@ static void rotor(test_robot *robot)
         tfa_model_free(model);
     }
     assert_same(robot, a, b);
-    answer_free(b);
-    answer_free(a);
+    answers_free(b);
+    answers_free(a);
     random_states_free(x);
 }
 
@@ -220,7 +200,7 @@ static void isa(test_robot *robot)
 {
     static const char *const names[] = {"base", "avx2", "avx512"};
     random_states *x = fixture_states(robot, 0, STATES, WRENCHES);
-    struct answer *a = answer_make(robot), *reference = answer_make(robot);
+    answers *a = answers_create(robot, STATES), *reference = answers_create(robot, STATES);
     tfa_request r = full_request(robot, x);
     ask(robot, robot->f128, &r, reference, 0);
     for (size_t k = 0; k < 3; k++) {
@@ -238,8 +218,8 @@ static void isa(test_robot *robot)
             ask(robot, w, &r, a, 0);
             assert_within(robot, names[k], qdd_error(robot, a, reference), 3e-11, NULL);
             assert_within(robot, names[k],
-                          relative_error(a->lambda, reference->lambda, LAMBDA * STATES), 3e-11,
-                          NULL);
+                          relative_error(a->lambda_inv, reference->lambda_inv, LAMBDA * STATES),
+                          3e-11, NULL);
         }
         tfa_workspace_free(w);
     }
@@ -248,8 +228,8 @@ static void isa(test_robot *robot)
     assert_string_equal(tfa_isa_name(), "none");
     assert_int_equal(tfa_workspace_create(robot->model, NULL, &none), TFA_E_UNSUPPORTED);
     unsetenv("TFA_ISA");
-    answer_free(reference);
-    answer_free(a);
+    answers_free(reference);
+    answers_free(a);
     random_states_free(x);
 }
 
@@ -260,7 +240,7 @@ EVERY_ROBOT(instruction_sets_agree, isa, true)
 static void estimate(test_robot *robot)
 {
     random_states *x = fixture_states(robot, 0, STATES, WRENCHES);
-    struct answer *a = answer_make(robot), *exact = answer_make(robot);
+    answers *a = answers_create(robot, STATES), *exact = answers_create(robot, STATES);
     tfa_request r = full_request(robot, x);
     ask(robot, robot->f128, &r, exact, 0);
     r.estimate = TFA_ESTIMATE_ALWAYS;
@@ -284,8 +264,8 @@ static void estimate(test_robot *robot)
     ask(robot, robot->f64, &r, a, 0);
     assert_false(a->each[0].flags & TFA_ANSWER_ESTIMATED);
     assert_true(isnan(a->each[0].error_estimate));
-    answer_free(exact);
-    answer_free(a);
+    answers_free(exact);
+    answers_free(a);
     random_states_free(x);
 }
 
@@ -298,15 +278,15 @@ static void spectrum(test_robot *robot)
     const uint32_t n = 6 * TIPS;
     random_source s = {robot->seed};
     random_states *x = fixture_states(robot, 0, STATES, 0);
-    struct answer *a = answer_make(robot);
+    answers *a = answers_create(robot, STATES);
     tfa_spectrum found[STATES];
     tfa_request r = full_request(robot, x);
-    tfa_reply reply = {.lambda_inv = a->lambda, .spectrum = found};
+    tfa_reply reply = {.lambda_inv = a->lambda_inv, .spectrum = found};
     r.op = TFA_OP_OPERATIONAL_INERTIA;
     r.flags = TFA_WANT_SPECTRUM;
     compute_ok(robot, robot->f64, &r, &reply);
     for (uint32_t k = 0; k < STATES; k++) {
-        const double *L = a->lambda + LAMBDA * k;
+        const double *L = a->lambda_inv + LAMBDA * k;
         double trace = 0, slack = 1e-13 * fabs(found[k].eig_max);
         for (uint32_t i = 0; i < n; i++)
             trace += L[i * n + i];
@@ -333,7 +313,7 @@ static void spectrum(test_robot *robot)
         }
         assert_true(quotient >= 0.97 * found[k].eig_max); /* log(n) / steps is its error */
     }
-    answer_free(a);
+    answers_free(a);
     random_states_free(x);
 }
 

@@ -65,32 +65,24 @@ static void same_bits(test_robot *robot)
     random_states_free(x);
 }
 
-static void doubles(void **state)
+#ifdef TFA_EXACT
+TEST(doubles)
 {
-    (void)state;
     precision = TFA_F64;
     for_every_robot(same_bits, false);
 }
 
-static void floats(void **state)
+TEST(floats)
 {
-    (void)state;
     precision = TFA_F32;
     for_every_robot(same_bits, false);
 }
-
+#else
 int main(void)
 {
-#ifdef TFA_EXACT
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(doubles),
-        cmocka_unit_test(floats),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-#else
-    (void)doubles;
-    (void)floats;
+    (void)same_bits;
+    (void)precision;
     print_message("fused multiplications and additions: the preset `exact` has none\n");
     return 77;
-#endif
 }
+#endif

@@ -75,14 +75,6 @@ static void cross(const double *a, const double *b, double out[3])
         out[e] = a[(e + 1) % 3] * b[(e + 2) % 3] - a[(e + 2) % 3] * b[(e + 1) % 3];
 }
 
-static double norm(const double *x, size_t n)
-{
-    double sum = 0;
-    for (size_t k = 0; k < n; k++)
-        sum += x[k] * x[k];
-    return sqrt(sum);
-}
-
 /* Multiples of 1/64: products of two are exact, in float each of them. */
 static void coarse_vector(random_source *s, double reach, double out[3])
 {
@@ -132,13 +124,13 @@ static double worst[PRECISIONS][SPEEDS];
 static void compare(const struct galilei *g, const char *what, int precision, uint32_t k,
                     const double *x, const double *y, uint32_t n)
 {
-    double joints = 0, size = norm(x, n);
+    double joints = 0, size = norm2(x, n);
     for (uint32_t j = 0; j < n; j++) {
         uint32_t t = 0;
         while (t < g->roots && !(j >= g->root[t] && j < g->root[t] + 3))
             t++;
         const double rate = t < g->roots ? g->rate[k][t][j - g->root[t]] : 0;
-        const double sum = size + (t < g->roots ? norm(g->rate[k][t], 3) : 0);
+        const double sum = size + (t < g->roots ? norm2(g->rate[k][t], 3) : 0);
         joints = fmax(joints, sum > 0 ? fabs(y[j] - (x[j] - rate)) / sum : fabs(y[j]));
     }
     assert_within(g->robot, what, joints, bounds[precision], &worst[precision][g->speed]);
@@ -158,7 +150,7 @@ static void same(const struct galilei *g, const char *what, const double *x, con
     double difference = 0;
     for (size_t e = 0; e < n; e++)
         difference = fmax(difference, fabs(y[e] - x[e]));
-    assert_within(g->robot, what, difference, bound * (norm(x, n) + size), NULL);
+    assert_within(g->robot, what, difference, bound * (norm2(x, n) + size), NULL);
 }
 
 /* ---- forward dynamics, by every way ---- */
@@ -247,7 +239,7 @@ static void inverse_dynamics(struct galilei *g)
         }
         if (precision == F32) /* whose qdd - w x V are rounded */
             continue;
-        same(g, "inverse dynamics", tau[0], tau[1], nv, g->six ? norm(wrench[0], 6 * STATES) : 0,
+        same(g, "inverse dynamics", tau[0], tau[1], nv, g->six ? norm2(wrench[0], 6 * STATES) : 0,
              bounds[precision]);
         same(g, "base wrench", wrench[0], wrench[1], g->six ? 6 * STATES : 0, 0, bounds[precision]);
     }
@@ -331,7 +323,7 @@ static void tip_moves(const struct galilei *g, tfa_reference_frame frame, size_t
             x[e] -= passing[e];
     }
     if (frame != TFA_FRAME_LOCAL_WORLD_ALIGNED)
-        size += norm(V, 3) * norm(m[0].twist + 6 * k + 3, 3);
+        size += norm2(V, 3) * norm2(m[0].twist + 6 * k + 3, 3);
     same(g, "J-dot v", x, m[1].bias + 6 * k, 6, 3 * size, 1e-15);
 }
 
@@ -345,8 +337,8 @@ static void whole_moves(const struct galilei *g, size_t k, struct motion m[2])
         T += (m[0].momentum[6 * k + e] + mass * V[e] / 2) * V[e];
         m[0].momentum[6 * k + e] += mass * V[e];
     }
-    size = mass * norm(V, 3);
-    assert_within(g->robot, "V", fabs(norm(V, 3) / norm(g->V[k][0], 3) - 1), 1e-14, NULL);
+    size = mass * norm2(V, 3);
+    assert_within(g->robot, "V", fabs(norm2(V, 3) / norm2(g->V[k][0], 3) - 1), 1e-14, NULL);
     same(g, "momentum", m[0].momentum + 6 * k, m[1].momentum + 6 * k, 6, 10 * size, 1e-14);
     same(g, "energy", &T, m[1].energy + 2 * k, 1, 0, 1e-13);
     same(g, "potential energy", m[0].energy + 2 * k + 1, m[1].energy + 2 * k + 1, 1, 0, 0);

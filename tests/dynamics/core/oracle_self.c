@@ -5,6 +5,7 @@
  */
 #include "support/oracle.h"
 #include "support/random_robot.h"
+#include "support/small_robot.h"
 #include "support/step.h"
 #include "test.h"
 
@@ -30,22 +31,16 @@ static tfa_request request_of(const random_states *x)
 TEST(double_pendulum)
 {
     const double m1 = 2, m2 = 3, l1 = 0.7, c1 = 0.3, c2 = 0.45, i1 = 0.05, i2 = 0.08, g = 9.81;
-    tfa_link links[3] = {{.name = "world", .quat = {0, 0, 0, 1}},
-                         {.name = "1", .mass = m1, .com = {0, 0, -c1}, .quat = {0, 0, 0, 1}},
-                         {.name = "2", .mass = m2, .com = {0, 0, -c2}, .quat = {0, 0, 0, 1}}};
-    links[1].inertia[3] = i1;
-    links[2].inertia[3] = i2;
-    tfa_joint joints[2] = {{.name = "a", .type = TFA_JOINT_REVOLUTE, .parent = 0, .child = 1},
-                           {.name = "b", .type = TFA_JOINT_REVOLUTE, .parent = 1, .child = 2}};
-    for (int k = 0; k < 2; k++) {
-        joints[k].quat[3] = joints[k].axis[1] = 1;
-        joints[k].mimic = -1;
-        joints[k].armature = 0.01 * (k + 1);
-    }
-    joints[1].xyz[2] = -l1;
-    tfa_description d = {
-        .name = "pendulum", .links = links, .link_count = 3, .joints = joints, .joint_count = 2};
-    oracle *o = oracle_create(&d, TFA_BASE_FIXED);
+    small_robot r;
+    small_robot_begin(&r);
+    for (uint32_t k = 0; k < 2; k++)
+        small_robot_add(&r, k, TFA_JOINT_REVOLUTE, 0, 1, 0)->armature = 0.01 * (k + 1);
+    small_robot_load(&r, 1, m1, 0, i1, 0);
+    small_robot_load(&r, 2, m2, 0, i2, 0);
+    r.link[1].com[2] = -c1;
+    r.link[2].com[2] = -c2;
+    r.joint[1].xyz[2] = -l1;
+    oracle *o = oracle_create(&r.d, TFA_BASE_FIXED);
     assert_non_null(o);
 
     const double q[2] = {0.6, -1.1}, v[2] = {1.3, 0.4}, gravity[3] = {0, 0, -g};
@@ -193,15 +188,6 @@ TEST(bias_is_lagranges)
     }
 }
 
-static uint32_t root_of(const tfa_description *d)
-{
-    uint32_t root = 0;
-    for (size_t steps = 0; steps < d->joint_count; steps++)
-        for (size_t j = 0; j < d->joint_count; j++)
-            root = d->joints[j].child == root ? d->joints[j].parent : root;
-    return root;
-}
-
 /* Momentum of all links, linear first, about the world's origin and in its axes. The base's rows
  * of M v are the momentum about the root link's origin, in its axes. */
 static void momentum(oracle *o, const random_states *x, uint32_t root, double p[6])
@@ -244,7 +230,7 @@ TEST(free_robot_keeps_momentum)
         oracle_forward(o, x->tau, NULL, qdd, base);
         for (int side = 0; side < 2; side++) {
             step_state(d, o, x, qdd, base, side ? dt : -dt, y);
-            momentum(o, y, root_of(d), p[side]);
+            momentum(o, y, description_root(d), p[side]);
         }
         for (int i = 0; i < 6; i++)
             assert_close((p[1][i] - p[0][i]) / (2 * dt), 0, 1e-5, "momentum");

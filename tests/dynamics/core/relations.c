@@ -5,8 +5,9 @@
  * about twenty times the worst that these seeds and files gave; each test prints that worst.
  */
 #include "models.h"
-#include "support/fixture.h"
 #include "support/quad.h"
+#include "support/questions.h"
+#include "support/small_robot.h"
 #include "support/step.h"
 #include "test.h"
 
@@ -17,51 +18,6 @@ static const tfa_method forward_methods[] = {
     TFA_METHOD_CFA, TFA_METHOD_CFA_CR,    TFA_METHOD_SCAN, TFA_METHOD_SCAN_TWO_PASS,
     TFA_METHOD_DCA, TFA_METHOD_HESSENBERG};
 #define FORWARD_METHODS (sizeof forward_methods / sizeof *forward_methods)
-
-/* Buffers for all answers to STATES states with two tips. */
-struct answers {
-    double *qdd, *tau, *M;
-    double base_acceleration[6 * STATES], base_wrench[6 * STATES], lambda_inv[144 * STATES];
-    tfa_answer each[STATES];
-};
-
-static struct answers *answers_make(const test_robot *robot)
-{
-    struct answers *a = calloc(1, sizeof *a);
-    a->qdd = calloc((size_t)STATES * robot->nv + 1, sizeof *a->qdd);
-    a->tau = calloc((size_t)STATES * robot->nv + 1, sizeof *a->tau);
-    a->M = calloc((size_t)STATES * robot->n * robot->n + 1, sizeof *a->M);
-    assert_true(a->qdd && a->tau && a->M);
-    return a;
-}
-
-static void answers_free(struct answers *a)
-{
-    free(a->M);
-    free(a->tau);
-    free(a->qdd);
-    free(a);
-}
-
-/* A reply that fills all of `a`, from state k on. */
-static tfa_reply reply_into(const test_robot *robot, struct answers *a, uint32_t k)
-{
-    return (tfa_reply){.qdd = a->qdd + (size_t)k * robot->nv,
-                       .tau = a->tau + (size_t)k * robot->nv,
-                       .mass_matrix = a->M + (size_t)k * robot->n * robot->n,
-                       .base_acceleration = a->base_acceleration + 6 * k,
-                       .base_wrench = a->base_wrench + 6 * k,
-                       .lambda_inv = a->lambda_inv + 144 * (size_t)k,
-                       .answers = a->each + k};
-}
-
-static double norm(const double *x, size_t n)
-{
-    double sum = 0;
-    for (size_t k = 0; k < n; k++)
-        sum += x[k] * x[k];
-    return sqrt(sum);
-}
 
 static void two_tips(const test_robot *robot, tfa_request *r)
 {
@@ -78,12 +34,12 @@ static double worst_residual;
 static void equations_hold(test_robot *robot)
 {
     random_states *x = fixture_states(robot, 0, STATES, 2);
-    struct answers *a = answers_make(robot);
+    answers *a = answers_create(robot, STATES);
     for (size_t m = 0; m < FORWARD_METHODS; m++) {
         if (fixture_refuses(robot, forward_methods[m]))
             continue;
         tfa_request r = fixture_request(robot, x);
-        tfa_reply reply = reply_into(robot, a, 0);
+        tfa_reply reply = answers_reply(a, 0, 0);
         r.method = forward_methods[m];
         compute_ok(robot, robot->f64, &r, &reply);
         r.op = TFA_OP_INVERSE_DYNAMICS;
@@ -93,10 +49,10 @@ static void equations_hold(test_robot *robot)
         compute_ok(robot, robot->f64, &r, &reply);
         /* relative to the forces that balance: tau alone may be far smaller than h */
         size_t nv = (size_t)STATES * robot->nv;
-        double given = norm(x->tau, nv) + 10 * robot->n;
+        double given = norm2(x->tau, nv) + 10 * robot->n;
         for (size_t k = 0; k < nv; k++)
             a->tau[k] -= x->tau[k];
-        double residual = norm(a->tau, nv);
+        double residual = norm2(a->tau, nv);
         if (robot->n > robot->nv)
             for (int k = 0; k < 6 * STATES; k++)
                 residual = fmax(residual, fabs(a->base_wrench[k] - x->base_wrench[k]));
@@ -121,7 +77,7 @@ static double asymmetry(const double *A, size_t n)
     for (size_t i = 0; i < n; i++)
         for (size_t k = 0; k < i; k++)
             difference = fmax(difference, fabs(A[i * n + k] - A[k * n + i]));
-    double size = norm(A, n * n);
+    double size = norm2(A, n * n);
     return size > 0 ? difference / size : difference;
 }
 
@@ -133,13 +89,14 @@ static void symmetric(test_robot *robot)
         TFA_METHOD_SCAN_TWO_PASS, TFA_METHOD_DCA,  TFA_METHOD_HESSENBERG, TFA_METHOD_EFPA,
         TFA_METHOD_PV_OSIMR};
     random_states *x = fixture_states(robot, 0, STATES, 0);
-    struct answers *a = answers_make(robot);
+    answers *a = answers_create(robot, STATES);
     tfa_request r = fixture_request(robot, x);
-    tfa_reply reply = reply_into(robot, a, 0);
+    tfa_reply reply = answers_reply(a, 0, 0);
     r.op = TFA_OP_MASS_MATRIX;
     compute_ok(robot, robot->f64, &r, &reply);
     for (size_t k = 0; k < STATES; k++)
-        assert_within(robot, "M", asymmetry(a->M + k * robot->n * robot->n, robot->n), 0, NULL);
+        assert_within(robot, "M", asymmetry(a->mass_matrix + k * robot->n * robot->n, robot->n), 0,
+                      NULL);
     r.op = TFA_OP_OPERATIONAL_INERTIA;
     two_tips(robot, &r);
     for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
@@ -159,23 +116,11 @@ EVERY_ROBOT(matrices_are_symmetric, symmetric, false)
 
 /* ---- another observer ---- */
 
-/* v <- quat v */
-static void rotate(const double quat[4], double *v)
-{
-    double t[3], out[3];
-    for (int i = 0; i < 3; i++)
-        t[i] = 2 * (quat[(i + 1) % 3] * v[(i + 2) % 3] - quat[(i + 2) % 3] * v[(i + 1) % 3]);
-    for (int i = 0; i < 3; i++)
-        out[i] = v[i] + quat[3] * t[i] + quat[(i + 1) % 3] * t[(i + 2) % 3] -
-                 quat[(i + 2) % 3] * t[(i + 1) % 3];
-    memcpy(v, out, sizeof out);
-}
-
 /* Position x y z and quaternion, seen by an observer turned by `quat` and moved by `shift`. */
 static void move_pose(const double quat[4], const double shift[3], double *xyz, double *q)
 {
     double spin[4];
-    rotate(quat, xyz);
+    rotate_vector(quat, xyz, xyz);
     for (int i = 0; i < 3; i++) {
         int a = (i + 1) % 3, b = (i + 2) % 3;
         xyz[i] += shift[i];
@@ -190,16 +135,13 @@ static void move_world(test_robot *robot, random_states *x, const double quat[4]
                        const double shift[3])
 {
     tfa_description *d = robot->description;
-    rotate(quat, x->gravity);
+    rotate_vector(quat, x->gravity, x->gravity);
     if (robot->n > robot->nv) {
         for (int k = 0; k < STATES; k++)
             move_pose(quat, shift, x->base_pose + 7 * k, x->base_pose + 7 * k + 3);
         return;
     }
-    uint32_t root = 0;
-    for (size_t steps = 0; steps < d->joint_count; steps++)
-        for (size_t j = 0; j < d->joint_count; j++)
-            root = d->joints[j].child == root ? d->joints[j].parent : root;
+    const uint32_t root = description_root(d);
     for (size_t j = 0; j < d->joint_count; j++)
         if (d->joints[j].parent == root) {
             move_pose(quat, shift, d->joints[j].xyz, d->joints[j].quat);
@@ -213,9 +155,9 @@ static void same_for_another_observer(test_robot *robot)
 {
     random_source s = {robot->seed};
     random_states *x = fixture_states(robot, 0, STATES, 0);
-    struct answers *a = answers_make(robot), *b = answers_make(robot);
+    answers *a = answers_create(robot, STATES), *b = answers_create(robot, STATES);
     tfa_request r = fixture_request(robot, x);
-    tfa_reply reply = reply_into(robot, a, 0);
+    tfa_reply reply = answers_reply(a, 0, 0);
     r.gravity = x->gravity; /* it turns with the world */
     r.frame = TFA_FRAME_LOCAL;
     r.tip_count = 1;
@@ -228,7 +170,7 @@ static void same_for_another_observer(test_robot *robot)
     const tfa_model_options options = {.base = robot->base};
     tfa_model *moved = compiled(robot->description, &options);
     tfa_workspace *w = workspace_for(moved, NULL);
-    reply = reply_into(robot, b, 0);
+    reply = answers_reply(b, 0, 0);
     compute_ok(robot, w, &r, &reply);
     size_t nv = (size_t)STATES * robot->nv;
     double error = relative_error(b->qdd, a->qdd, nv);
@@ -253,26 +195,26 @@ TEST(observers_agree)
 /* ---- energy ---- */
 
 /* v^T M v / 2 of state 0 */
-static double kinetic_energy(const test_robot *robot, const random_states *x, struct answers *a)
+static double kinetic_energy(const test_robot *robot, const random_states *x, answers *a)
 {
     tfa_request r = fixture_request(robot, x);
-    tfa_reply reply = reply_into(robot, a, 0);
+    tfa_reply reply = answers_reply(a, 0, 0);
     double T = 0;
     const uint32_t six = robot->n - robot->nv;
     r.op = TFA_OP_MASS_MATRIX;
     compute_ok(robot, robot->f64, &r, &reply);
     for (uint32_t i = 0; i < robot->n; i++)
         for (uint32_t k = 0; k < robot->n; k++)
-            T += (i < six ? x->base_twist[i] : x->v[i - six]) * a->M[i * robot->n + k] *
+            T += (i < six ? x->base_twist[i] : x->v[i - six]) * a->mass_matrix[i * robot->n + k] *
                  (k < six ? x->base_twist[k] : x->v[k - six]) / 2;
     return T;
 }
 
 /* (tau - g(q)) . v with g the forces that hold the robot at rest */
-static double power(const test_robot *robot, const random_states *x, struct answers *a)
+static double power(const test_robot *robot, const random_states *x, answers *a)
 {
     tfa_request r = fixture_request(robot, x);
-    tfa_reply reply = reply_into(robot, a, 0);
+    tfa_reply reply = answers_reply(a, 0, 0);
     double P = 0;
     r.op = TFA_OP_INVERSE_DYNAMICS;
     r.v = r.qdd = r.base_twist = r.base_acceleration = NULL;
@@ -292,9 +234,9 @@ static void energy_balances(test_robot *robot)
     double T[2], want;
     random_states *x = fixture_states(robot, 0, 1, 0);
     random_states *y = fixture_states(robot, 0, 1, 0);
-    struct answers *a = answers_make(robot);
+    answers *a = answers_create(robot, STATES);
     tfa_request r = fixture_request(robot, x);
-    tfa_reply reply = reply_into(robot, a, 0);
+    tfa_reply reply = answers_reply(a, 0, 0);
     want = power(robot, x, a);
     compute_ok(robot, robot->f64, &r, &reply);
     for (int side = 0; side < 2; side++) {
@@ -303,7 +245,7 @@ static void energy_balances(test_robot *robot)
         T[side] = kinetic_energy(robot, y, a);
     }
     /* differences of T lose its digits by 1 / dt; their own error goes with (dt qdd)^2 */
-    double scale = 1 + fabs(want) + T[0], size = 1 + dt * norm(a->qdd, robot->nv);
+    double scale = 1 + fabs(want) + T[0], size = 1 + dt * norm2(a->qdd, robot->nv);
     assert_within(robot, "power", fabs((T[1] - T[0]) / (2 * dt) - want) / scale, 1e-5 * size * size,
                   &worst_power);
     answers_free(a);
@@ -322,22 +264,13 @@ TEST(work_becomes_energy)
 TEST(windings_do_not_matter)
 {
     static const double turns[] = {1, -3, 1e6, -1e9};
-    tfa_link links[] = {{.name = "a", .quat = {0, 0, 0, 1}},
-                        {.name = "b",
-                         .quat = {0, 0, 0, 1},
-                         .mass = 2,
-                         .com = {0.3, 0.1, 0},
-                         .inertia = {0.02, 0, 0, 0.03, 0, 0.04}}};
-    tfa_joint joint = {.name = "j",
-                       .type = TFA_JOINT_CONTINUOUS,
-                       .parent = 0,
-                       .child = 1,
-                       .quat = {0, 0, 0, 1},
-                       .axis = {0, 1, 0},
-                       .mimic = -1};
-    const tfa_description d = {
-        .name = "one", .links = links, .link_count = 2, .joints = &joint, .joint_count = 1};
-    tfa_model *model = compiled(&d, NULL);
+    small_robot robot;
+    small_robot_begin(&robot);
+    small_robot_add(&robot, 0, TFA_JOINT_CONTINUOUS, 0, 1, 0);
+    small_robot_load(&robot, 1, 2, 0.02, 0.03, 0.04);
+    robot.link[1].com[0] = 0.3;
+    robot.link[1].com[1] = 0.1;
+    tfa_model *model = compiled(&robot.d, NULL);
     tfa_workspace *w = workspace_for(model, NULL);
     for (size_t k = 0; k < sizeof turns / sizeof *turns; k++) {
         const double wound = 0.7 + 2 * M_PI * turns[k];

@@ -5,52 +5,39 @@
  * whose M is singular but for rounding is refused by the name of a body.
  */
 #include "models.h"
-#include "support/fixture.h"
+#include "support/questions.h"
+#include "support/small_robot.h"
 #include "test.h"
 
 #define STATES 19 /* whole vectors, and a rest */
 
 /* ---- the same bits with an estimate as without ---- */
 
-static void same_bits(test_robot *robot, tfa_request r, double *unestimated, double *reported)
-{
-    const size_t numbers = STATES * (6 + (size_t)robot->nv);
-    tfa_answer answers[STATES];
-    tfa_reply reply = {
-        .qdd = unestimated + STATES * 6, .base_acceleration = unestimated, .answers = answers};
-    memset(unestimated, 0, numbers * sizeof *unestimated);
-    memset(reported, 0, numbers * sizeof *reported);
-    r.estimate = TFA_ESTIMATE_NEVER;
-    compute_ok(robot, robot->f64, &r, &reply);
-    reply.qdd = reported + STATES * 6;
-    reply.base_acceleration = reported;
-    r.estimate = TFA_ESTIMATE_ALWAYS;
-    compute_ok(robot, robot->f64, &r, &reply);
-    for (uint32_t k = 0; k < r.count; k++)
-        assert_int_equal(answers[k].flags, TFA_ANSWER_ESTIMATED);
-    if (memcmp(unestimated, reported, numbers * sizeof *unestimated) != 0)
-        fail_msg("%s, %s, %u states: other bits with an estimate", robot->name,
-                 tfa_method_name((uint32_t)r.method), (unsigned)r.count);
-}
-
 static void robot_has_the_same_bits(test_robot *robot)
 {
     static const tfa_method methods[] = {TFA_METHOD_AUTO, TFA_METHOD_ABA, TFA_METHOD_SCAN};
     random_states *x = fixture_states(robot, 0, STATES, 0);
-    const size_t numbers = STATES * (6 + (size_t)robot->nv);
-    double *unestimated = calloc(numbers, sizeof *unestimated),
-           *reported = calloc(numbers, sizeof *reported);
+    answers *unestimated = answers_create(robot, STATES), *reported = answers_create(robot, STATES);
+    tfa_request r = fixture_request(robot, x);
     for (size_t m = 0; m < sizeof methods / sizeof *methods; m++)
-        for (uint32_t count = 1; count <= STATES; count += STATES - 1) {
-            tfa_request r = fixture_request(robot, x);
+        for (r.count = 1; r.count <= STATES; r.count += STATES - 1) {
             r.method = methods[m];
-            r.count = count;
-            r.refine = TFA_REFINE_DEFAULT;
-            r.wrench_count = 0;
-            same_bits(robot, r, unestimated, reported);
+            r.estimate = TFA_ESTIMATE_NEVER;
+            answers_ask(unestimated, robot->f64, &r);
+            r.estimate = TFA_ESTIMATE_ALWAYS;
+            answers_ask(reported, robot->f64, &r);
+            for (uint32_t k = 0; k < r.count; k++) {
+                assert_int_equal(unestimated->each[k].status, TFA_OK);
+                assert_int_equal(reported->each[k].status, TFA_OK);
+                assert_int_equal(reported->each[k].flags, TFA_ANSWER_ESTIMATED);
+            }
+            if (memcmp(unestimated->memory, reported->memory,
+                       STATES * reported->numbers * sizeof(double)) != 0)
+                fail_msg("%s, %s, %u states: other bits with an estimate", robot->name,
+                         tfa_method_name((uint32_t)r.method), (unsigned)r.count);
         }
-    free(reported);
-    free(unestimated);
+    answers_free(reported);
+    answers_free(unestimated);
     random_states_free(x);
 }
 
@@ -67,27 +54,13 @@ EVERY_ROBOT(an_estimate_changes_no_answer, files_have_the_same_bits, false)
 /* An arm behind two joints with nothing between them, whose axes are `angle` apart */
 static tfa_model *two_axes(double angle)
 {
-    static const double unit[4] = {0, 0, 0, 1};
-    tfa_link link[3] = {{.name = "world"}, {.name = "ring"}, {.name = "arm"}};
-    tfa_joint joint[2] = {{.name = "outer", .type = TFA_JOINT_REVOLUTE, .parent = 0, .child = 1},
-                          {.name = "inner", .type = TFA_JOINT_REVOLUTE, .parent = 1, .child = 2}};
-    for (int k = 0; k < 3; k++)
-        memcpy(link[k].quat, unit, sizeof unit);
-    for (int k = 0; k < 2; k++) {
-        memcpy(joint[k].quat, unit, sizeof unit);
-        joint[k].mimic = -1;
-        joint[k].axis[2] = 1;
-    }
-    joint[1].axis[0] = sin(angle);
-    joint[1].axis[2] = cos(angle);
-    link[2].inertial = 1;
-    link[2].mass = 1;
-    link[2].com[0] = 0.3;
-    link[2].inertia[0] = link[2].inertia[3] = link[2].inertia[5] = 0.01;
-    const tfa_description d = {
-        .name = "two axes", .links = link, .link_count = 3, .joints = joint, .joint_count = 2};
-    tfa_model *model = compiled(&d, NULL);
-    return model;
+    static small_robot arm;
+    small_robot_begin(&arm);
+    small_robot_add(&arm, 0, TFA_JOINT_REVOLUTE, 0, 0, 1);
+    small_robot_add(&arm, 1, TFA_JOINT_REVOLUTE, sin(angle), 0, cos(angle));
+    small_robot_load(&arm, 2, 1, 0.01, 0.01, 0.01);
+    arm.link[2].com[0] = 0.3;
+    return compiled(&arm.d, NULL);
 }
 
 /* At these angles D of one joint is between rounding and safe. */

@@ -5,42 +5,18 @@
  */
 #include "models.h"
 #include "support/fixture.h"
+#include "support/small_robot.h"
 #include "test.h"
 
 /* A universal joint: `a` about x carries a cross without mass, `b` about z a point mass that lies
  * at 1, 0, 0. */
-struct universal {
-    tfa_link links[3];
-    tfa_joint joints[2];
-    tfa_description d;
-};
-
-static void universal_joint(struct universal *u)
+static void universal_joint(small_robot *u)
 {
-    *u = (struct universal){.links = {{.name = "root", .quat = {0, 0, 0, 1}},
-                                      {.name = "cross", .quat = {0, 0, 0, 1}},
-                                      {.name = "mass", .quat = {0, 0, 0, 1}}},
-                            .joints = {{.name = "a",
-                                        .type = TFA_JOINT_REVOLUTE,
-                                        .parent = 0,
-                                        .child = 1,
-                                        .quat = {0, 0, 0, 1},
-                                        .axis = {1, 0, 0},
-                                        .mimic = -1},
-                                       {.name = "b",
-                                        .type = TFA_JOINT_REVOLUTE,
-                                        .parent = 1,
-                                        .child = 2,
-                                        .quat = {0, 0, 0, 1},
-                                        .axis = {0, 0, 1},
-                                        .mimic = -1}}};
-    u->links[2].mass = 2;
-    u->links[2].com[0] = 1;
-    u->d = (tfa_description){.name = "universal",
-                             .links = u->links,
-                             .link_count = 3,
-                             .joints = u->joints,
-                             .joint_count = 2};
+    small_robot_begin(u);
+    small_robot_add(u, 0, TFA_JOINT_REVOLUTE, 1, 0, 0);
+    small_robot_add(u, 1, TFA_JOINT_REVOLUTE, 0, 0, 1);
+    u->link[2].mass = 2;
+    u->link[2].com[0] = 1;
 }
 
 static void open_robot(test_robot *robot, tfa_description *d)
@@ -76,7 +52,7 @@ static const tfa_request three_states = {.op = TFA_OP_FORWARD_DYNAMICS,
 TEST(singular_state_stands_alone)
 {
     static const tfa_method methods[] = {TFA_METHOD_AUTO, TFA_METHOD_ABA, TFA_METHOD_CRBA};
-    struct universal u;
+    small_robot u;
     test_robot robot;
     universal_joint(&u);
     open_robot(&robot, &u.d);
@@ -111,16 +87,15 @@ TEST(singular_state_stands_alone)
 /* TFA and CFA invert the inertias on the main chain: they name the body that has none. */
 TEST(tfa_names_the_body)
 {
-    static const double masses[] = {0, 1};
     for (int solid = 0; solid < 2; solid++) {
-        struct universal u;
+        small_robot u;
         test_robot robot;
         double qdd[6], lambda[3 * 36];
         tfa_answer answers[3];
         tfa_reply reply = {.qdd = qdd, .lambda_inv = lambda, .answers = answers};
         universal_joint(&u);
-        u.links[1].mass = masses[solid]; /* solid: the cross is regular, the point mass is not */
-        u.links[1].inertia[0] = u.links[1].inertia[3] = u.links[1].inertia[5] = 0.1 * masses[solid];
+        /* solid: the cross is regular, the point mass is not */
+        small_robot_load(&u, 1, solid, 0.1 * solid, 0.1 * solid, 0.1 * solid);
         open_robot(&robot, &u.d);
         assert_int_equal(tfa_model_summarise(robot.model).singular_body, solid);
         static const tfa_method methods[] = {TFA_METHOD_TFA, TFA_METHOD_TFA_CR, TFA_METHOD_CFA,
@@ -144,13 +119,12 @@ TEST(tfa_names_the_body)
 /* A leaf without mass has no equation of motion, unless its rotor has inertia. */
 TEST(massless_leaf_needs_armature)
 {
-    struct universal u;
+    small_robot u;
     tfa_model *model = NULL;
     tfa_report report = {0};
     universal_joint(&u);
-    u.links[1].mass = 1;
-    u.links[1].inertia[0] = u.links[1].inertia[3] = u.links[1].inertia[5] = 0.1;
-    u.links[2].mass = 0;
+    small_robot_load(&u, 1, 1, 0.1, 0.1, 0.1);
+    u.link[2].mass = 0;
     assert_int_equal(tfa_model_create(&u.d, NULL, &report, &model), TFA_E_NO_MASS);
     assert_null(model);
     assert_int_equal(report.errors, 1);
@@ -160,7 +134,7 @@ TEST(massless_leaf_needs_armature)
     double qdd[6], want[2];
     tfa_reply reply = {.qdd = qdd};
     tfa_request r = three_states;
-    u.joints[1].armature = 0.05;
+    u.joint[1].armature = 0.05;
     open_robot(&robot, &u.d);
     r.tip_count = 0;
     compute_ok(&robot, robot.f64, &r, &reply);
@@ -177,15 +151,7 @@ TEST(massless_leaf_needs_armature)
 TEST(spectrum_of_closed_forms)
 {
     static const double pose[7] = {1, 2, 3, 0.5, -0.5, 0.5, 0.5}, angle[1] = {0.4};
-    tfa_link links[2] = {{.name = "brick", .mass = 4, .quat = {0, 0, 0, 1}},
-                         {.name = "leaf", .mass = 1, .quat = {0, 0, 0, 1}}};
-    tfa_joint revolute = {.name = "hinge",
-                          .type = TFA_JOINT_REVOLUTE,
-                          .child = 1,
-                          .quat = {0, 0, 0, 1},
-                          .axis = {0, 0, 1},
-                          .mimic = -1};
-    const double inertia[6] = {2e-7, 0, 0, 1.5e-7, 0, 1e-7}; /* rank 6 all the same */
+    small_robot brick; /* rank 6 all the same */
     double lambda[36];
     tfa_spectrum s;
     tfa_reply reply = {.lambda_inv = lambda, .spectrum = &s};
@@ -196,16 +162,13 @@ TEST(spectrum_of_closed_forms)
                      .tip_count = 1,
                      .q = angle,
                      .base_pose = pose};
-    for (int k = 0; k < 6; k++)
-        links[0].inertia[k] = links[1].inertia[k] = inertia[k];
     for (int leaf = 0; leaf < 2; leaf++) {
         const tfa_model_options options = {.base = leaf ? TFA_BASE_FIXED : TFA_BASE_FLOATING};
-        tfa_description d = {.name = "brick",
-                             .links = links,
-                             .link_count = 1 + (size_t)leaf,
-                             .joints = &revolute,
-                             .joint_count = (size_t)leaf};
-        tfa_model *model = compiled(&d, &options);
+        small_robot_begin(&brick);
+        if (leaf)
+            small_robot_add(&brick, 0, TFA_JOINT_REVOLUTE, 0, 0, 1);
+        small_robot_load(&brick, (uint32_t)leaf, leaf ? 1 : 4, 2e-7, 1.5e-7, 1e-7);
+        tfa_model *model = compiled(&brick.d, &options);
         tfa_workspace *w = fixture_workspace(model, TFA_F64);
         r.tips[0] = (uint32_t)leaf;
         assert_int_equal(tfa_compute(w, &r, &reply), TFA_OK);

@@ -21,11 +21,11 @@
 /* Relative to the largest entry of the matrix; of dqdd/dtau of the oracle, of the column. */
 enum { BY_DIFFERENCES, F64 = BY_ALL, ORACLE = 2 * BY_ALL, ORACLE_F64, SYMMETRY, KINDS };
 static op_bound bounds[KINDS] = {
-    {"dqdd/dq, differences", 1e-9, 0},      {"dqdd/dv, differences", 1e-9, 0},
-    {"dqdd/dtau, differences", 1e-9, 0},    {"dqdd/dq, f64 - f128", 1e-11, 0},
-    {"dqdd/dv, f64 - f128", 1e-11, 0},      {"dqdd/dtau, f64 - f128", 1e-11, 0},
-    {"dqdd/dtau, oracle", 1e-12, 0},        {"dqdd/dtau, oracle, f64", 1e-9, 0},
-    {"dqdd/dtau, symmetry, f64", 1e-12, 0},
+    {"dqdd/dq, differences", {1e-9}, {0}},      {"dqdd/dv, differences", {1e-9}, {0}},
+    {"dqdd/dtau, differences", {1e-9}, {0}},    {"dqdd/dq, f64 - f128", {1e-11}, {0}},
+    {"dqdd/dv, f64 - f128", {1e-11}, {0}},      {"dqdd/dtau, f64 - f128", {1e-11}, {0}},
+    {"dqdd/dtau, oracle", {1e-12}, {0}},        {"dqdd/dtau, oracle, f64", {1e-9}, {0}},
+    {"dqdd/dtau, symmetry, f64", {1e-12}, {0}},
 };
 static uint32_t cases, locked_cases, mimic_cases, fused_cases, damped_cases, payload_cases,
     inside_cases;

@@ -13,7 +13,7 @@
 #define STEPS 3
 
 struct point {
-    double *q, *v, *tau;
+    double q[2 * DIFFERENCE_MAX], v[DIFFERENCE_MAX], tau[DIFFERENCE_MAX];
     double pose[7], twist[6], wrench[6];
 };
 
@@ -42,12 +42,8 @@ static void push(const difference_robot *robot, struct point *x, uint32_t freedo
 
 static struct point copy_of(const difference_robot *robot, const tfa_request *r)
 {
-    struct point x = {malloc((robot->nq + 1) * sizeof(double)),
-                      malloc((robot->nv + 1) * sizeof(double)),
-                      malloc((robot->nv + 1) * sizeof(double)),
-                      {0},
-                      {0},
-                      {0}};
+    struct point x = {0};
+    assert_true(robot->n <= DIFFERENCE_MAX && robot->nq <= 2 * DIFFERENCE_MAX);
     memcpy(x.q, r->q, robot->nq * sizeof(double));
     memcpy(x.v, r->v, robot->nv * sizeof(double));
     memcpy(x.tau, r->tau, robot->nv * sizeof(double));
@@ -57,13 +53,6 @@ static struct point copy_of(const difference_robot *robot, const tfa_request *r)
         memcpy(x.wrench, r->base_wrench, sizeof x.wrench);
     }
     return x;
-}
-
-static void release(struct point *x)
-{
-    free(x->q);
-    free(x->v);
-    free(x->tau);
 }
 
 static tfa_request at_point(const tfa_request *r, const struct point *x)
@@ -97,7 +86,6 @@ void difference_column(const difference_robot *robot, const tfa_request *r, diff
                                    double) = {[BY_Q] = move, [BY_V] = speed_up, [BY_TAU] = push};
     double t[STEPS][DIFFERENCE_MAX], plus[DIFFERENCE_MAX], minus[DIFFERENCE_MAX];
     const uint32_t n = robot->n;
-    assert_true(n <= DIFFERENCE_MAX);
     for (int k = 0; k < STEPS; k++) {
         const double h = STEP / (1 << k);
         struct point up = copy_of(robot, r), down = copy_of(robot, r);
@@ -107,8 +95,6 @@ void difference_column(const difference_robot *robot, const tfa_request *r, diff
         accelerations(robot, r, &down, minus);
         for (uint32_t i = 0; i < n; i++)
             t[k][i] = (plus[i] - minus[i]) / (2 * h);
-        release(&up);
-        release(&down);
     }
     for (int order = 1; order < STEPS; order++) /* Richardson */
         for (int k = STEPS - 1; k >= order; k--)
@@ -132,7 +118,6 @@ double difference_size(const difference_robot *robot, const tfa_request *r, cons
     double qdd[DIFFERENCE_MAX];
     struct point x = copy_of(robot, r);
     accelerations(robot, r, &x, qdd);
-    release(&x);
     const double size = fmax(difference_largest(matrix, (size_t)robot->n * robot->n),
                              0.01 * difference_largest(qdd, robot->n));
     return size > 0 ? size : 1;

@@ -7,7 +7,6 @@
  */
 #include "models.h"
 #include "operational.h"
-#include "support/fixture.h"
 #include "test.h"
 
 #define POINTS 32
@@ -33,11 +32,8 @@ struct robot {
     tfa_joint joints[MOST + POINTS];
     char names[2 * POINTS][16];
     tfa_model *model;
-    tfa_workspace *w, *f128;
-    oracle *o;
     random_states *x;
-    tfa_request r;
-    uint32_t n;
+    op_case c; /* of it: name, sizes, workspaces, oracle and request */
 };
 
 static uint32_t link_of(const tfa_description *d, const char *name)
@@ -73,7 +69,7 @@ static void add_points(struct robot *h, random_source *s)
         for (int i = 0; i < 3; i++)
             j->xyz[i] = random_uniform(s, -0.1, 0.1);
         random_quaternion(s, j->quat);
-        h->r.tips[p] = link;
+        h->c.r.tips[p] = link;
     }
 }
 
@@ -87,28 +83,33 @@ static void open_robot(struct robot *h, const char *file)
     h->file = bundled_description(file);
     add_points(h, &s);
     h->model = compiled(&h->whole, &floating);
-    h->w = workspace_for(h->model, &options);
-    h->f128 = workspace_for(h->model, &quadruple);
-    assert_int_equal(tfa_workspace_max_tips(h->w), POINTS);
-    h->o = oracle_create(&h->whole, TFA_BASE_FLOATING);
-    h->n = oracle_freedoms(h->o);
-    h->x = random_states_create(7, &h->whole, h->o, STATES, 0);
-    h->r.count = STATES;
-    h->r.tip_count = POINTS;
-    h->r.q = h->x->q;
-    h->r.v = h->x->v;
-    h->r.base_pose = h->x->base_pose;
-    h->r.base_twist = h->x->base_twist;
+    h->c.f64 = workspace_for(h->model, &options);
+    h->c.f128 = workspace_for(h->model, &quadruple);
+    assert_int_equal(tfa_workspace_max_tips(h->c.f64), POINTS);
+    h->c.o = oracle_create(&h->whole, TFA_BASE_FLOATING);
+    h->c.n = oracle_freedoms(h->c.o);
+    h->c.six = 6;
+    h->c.nv = h->c.n - 6;
+    h->c.nq = oracle_q_count(h->c.o);
+    h->c.link_count = (uint32_t)h->whole.link_count;
+    snprintf(h->c.name, sizeof h->c.name, "%s", file);
+    h->x = random_states_create(7, &h->whole, h->c.o, STATES, 0);
+    h->c.r.count = STATES;
+    h->c.r.tip_count = POINTS;
+    h->c.r.q = h->x->q;
+    h->c.r.v = h->x->v;
+    h->c.r.base_pose = h->x->base_pose;
+    h->c.r.base_twist = h->x->base_twist;
     for (uint32_t p = 0; p < POINTS; p++)
-        assert_int_equal(tfa_model_find_frame(h->model, h->names[2 * p]), h->r.tips[p]);
+        assert_int_equal(tfa_model_find_frame(h->model, h->names[2 * p]), h->c.r.tips[p]);
 }
 
 static void close_robot(struct robot *h)
 {
     random_states_free(h->x);
-    oracle_free(h->o);
-    tfa_workspace_free(h->f128);
-    tfa_workspace_free(h->w);
+    oracle_free(h->c.o);
+    tfa_workspace_free(h->c.f128);
+    tfa_workspace_free(h->c.f64);
     tfa_model_free(h->model);
     tfa_description_free(h->file);
 }
@@ -116,65 +117,44 @@ static void close_robot(struct robot *h)
 /* State k of the oracle: J (rows x n), bias accelerations (rows), lambda_inv */
 static void ask_oracle(struct robot *h, uint32_t k, quad *J, quad *bias, quad *A)
 {
-    const oracle_tips tips = {h->r.tips, POINTS, h->r.rows == TFA_ROWS_POINT ? 3 : 6, h->r.frame};
-    oracle_set_state(h->o, &h->r, k);
-    oracle_jacobian(h->o, &tips, J);
-    oracle_bias_acceleration(h->o, &tips, bias);
-    oracle_inverse_of_rows(h->o, J, POINTS * tips.rows, A);
-}
-
-static double error_of(const double *x, const quad *want, size_t count)
-{
-    const double error = op_error(x, want, count, 0);
-    return isnan(error) ? INFINITY : error;
-}
-
-static void check(const char *what, const double *x, const quad *want, size_t count, double bound,
-                  double *worst)
-{
-    const double error = error_of(x, want, count);
-    if (!(error <= bound))
-        fail_msg("%s: error %.3g, bound %g", what, error, bound);
-    *worst = fmax(*worst, error);
+    const oracle_tips tips = {h->c.r.tips, POINTS, h->c.r.rows == TFA_ROWS_POINT ? 3 : 6,
+                              h->c.r.frame};
+    oracle_set_state(h->c.o, &h->c.r, k);
+    oracle_jacobian(h->c.o, &tips, J);
+    oracle_bias_acceleration(h->c.o, &tips, bias);
+    oracle_inverse_of_rows(h->c.o, J, POINTS * tips.rows, A);
 }
 
 /* Every method, one kind of rows in one frame */
 static void delassus(struct robot *h, tfa_rows rows, tfa_reference_frame frame)
 {
-    const size_t m = POINTS * (rows == TFA_ROWS_POINT ? 3 : 6), n = h->n;
+    const size_t m = POINTS * (rows == TFA_ROWS_POINT ? 3 : 6), n = h->c.n;
     quad *J = op_alloc(STATES * m * n, sizeof *J), *bias = op_alloc(STATES * m, sizeof *bias);
     quad *A = op_alloc(STATES * m * m, sizeof *A);
-    double *got = op_alloc(STATES * m * m, sizeof *got),
-           *got_J = op_alloc(STATES * m * n, sizeof *got_J);
-    double *got_bias = op_alloc(STATES * m, sizeof *got_bias);
-    h->r.rows = rows;
-    h->r.frame = frame;
+    h->c.r.rows = rows;
+    h->c.r.frame = frame;
     for (uint32_t k = 0; k < STATES; k++)
         ask_oracle(h, k, J + k * m * n, bias + k * m, A + k * m * m);
     for (size_t w = 0; w <= METHODS; w++) {
         const int quadruple = w == METHODS;
-        tfa_reply reply = {.lambda_inv = got, .jacobian = got_J, .bias_acceleration = got_bias};
-        tfa_request r = h->r;
-        double worst = 0, motion = 0;
+        tfa_request r = h->c.r;
+        op_bound lambda = {"lambda_inv", {quadruple ? 1e-14 : methods[w].bound}, {0}};
+        op_bound motion = {"J and J-dot v", {1e-13}, {0}};
         r.op = TFA_OP_OPERATIONAL_INERTIA;
         r.method = quadruple ? TFA_METHOD_PV_OSIMR : methods[w].method;
         r.flags = TFA_WANT_JACOBIAN | TFA_WANT_BIAS_ACCELERATION;
-        for (size_t e = 0; e < STATES * m * m; e++)
-            got[e] = NAN;
-        assert_int_equal(tfa_compute(quadruple ? h->f128 : h->w, &r, &reply), TFA_OK);
+        op_answers *a = op_answers_create(&h->c, &r);
+        op_compute(&h->c, quadruple ? h->c.f128 : h->c.f64, &r, a);
         for (size_t k = 0; k < STATES; k++) {
-            check("lambda_inv", got + k * m * m, A + k * m * m, m * m,
-                  quadruple ? 1e-14 : methods[w].bound, &worst);
-            check("jacobian", got_J + k * m * n, J + k * m * n, m * n, 1e-13, &motion);
-            check("bias_acceleration", got_bias + k * m, bias + k * m, m, 1e-13, &motion);
+            op_within(&h->c, &lambda, op_error(a->lambda_inv + k * m * m, A + k * m * m, m * m, 0));
+            op_within(&h->c, &motion, op_error(a->jacobian + k * m * n, J + k * m * n, m * n, 0));
+            op_within(&h->c, &motion, op_error(a->bias_acceleration + k * m, bias + k * m, m, 0));
         }
+        op_answers_free(a);
         print_message("  %-16s %u rows, frame %d: lambda_inv %.2g, J and J-dot v %.2g\n",
                       quadruple ? "pv-osimr, f128" : methods[w].name, (unsigned)m, (int)frame,
-                      worst, motion);
+                      lambda.worst[0], motion.worst[0]);
     }
-    free(got_bias);
-    free(got_J);
-    free(got);
     free(A);
     free(bias);
     free(J);
@@ -196,55 +176,33 @@ TEST(task_of_all_contact_points)
     static struct robot h;
     open_robot(&h, "humanoid.urdf");
     enum { ROWS = 3 * POINTS };
-    static double desired[STATES * ROWS], lambda[STATES * ROWS * ROWS], J[STATES * ROWS * MOST];
-    static double bias[STATES * ROWS], tau[STATES * MOST], wrench[STATES * 6], qdd[STATES * MOST];
-    static double base[STATES * 6];
-    tfa_rank rank[STATES];
+    static double desired[STATES * ROWS];
+    op_bound reached = {"J qdd + bias_acceleration = desired", {1e-10}, {0}};
     random_source s = {11};
-    tfa_request r = h.r;
-    const uint32_t nv = h.n - 6;
-    r.rows = TFA_ROWS_POINT;
+    h.c.r.rows = TFA_ROWS_POINT;
+    tfa_request r = h.c.r;
     r.op = TFA_OP_TASK_TORQUES;
     r.task_acceleration = desired;
     r.flags = TFA_WANT_JACOBIAN | TFA_WANT_BIAS_ACCELERATION | TFA_WANT_LAMBDA;
-    tfa_reply reply = {.jacobian = J,
-                       .bias_acceleration = bias,
-                       .lambda = lambda,
-                       .rank = rank,
-                       .tau = tau,
-                       .base_wrench = wrench};
-    assert_int_equal(tfa_compute(h.w, &r, &reply), TFA_OK);
+    op_answers *a = op_answers_create(&h.c, &r);
+    op_compute(&h.c, h.c.f64, &r, a);
     for (uint32_t k = 0; k < STATES; k++) { /* J times random accelerations is in reach */
-        double x[MOST];
-        assert_int_equal(rank[k].rank, 6 * LIMBS);
-        for (uint32_t j = 0; j < h.n; j++)
-            x[j] = random_uniform(&s, -5, 5);
-        for (uint32_t i = 0; i < ROWS; i++) {
-            desired[k * ROWS + i] = bias[k * ROWS + i];
-            for (uint32_t j = 0; j < h.n; j++)
-                desired[k * ROWS + i] += J[((size_t)k * ROWS + i) * h.n + j] * x[j];
-        }
+        double qdd[MOST];
+        assert_int_equal(a->rank[k].rank, 6 * LIMBS);
+        for (uint32_t j = 0; j < h.c.n; j++)
+            qdd[j] = random_uniform(&s, -5, 5);
+        (void)op_tip_acceleration(a, k, qdd, desired + (size_t)k * ROWS);
     }
-    assert_int_equal(tfa_compute(h.w, &r, &reply), TFA_OK);
-    r.op = TFA_OP_FORWARD_DYNAMICS;
-    r.tau = tau;
-    r.base_wrench = wrench;
-    r.flags = 0;
-    reply = (tfa_reply){.qdd = qdd, .base_acceleration = base};
-    assert_int_equal(tfa_compute(h.w, &r, &reply), TFA_OK);
-    double worst = 0;
+    op_compute(&h.c, h.c.f64, &r, a);
     for (uint32_t k = 0; k < STATES; k++) {
-        double got[ROWS];
-        for (uint32_t i = 0; i < ROWS; i++) {
-            got[i] = bias[k * ROWS + i];
-            for (uint32_t j = 0; j < h.n; j++)
-                got[i] += J[((size_t)k * ROWS + i) * h.n + j] *
-                          (j < 6 ? base[6 * k + j] : qdd[(size_t)k * nv + j - 6]);
-        }
-        worst = fmax(worst, op_difference(got, desired + k * ROWS, ROWS, 0));
+        double tau[MOST], qdd[MOST], got[ROWS];
+        op_forces(&h.c, a, k, tau);
+        op_move(&h.c, h.c.f64, k, tau, qdd);
+        (void)op_tip_acceleration(a, k, qdd, got);
+        op_within(&h.c, &reached, op_difference(got, desired + (size_t)k * ROWS, ROWS, 0));
     }
-    print_message("  worst %.2g\n", worst);
-    assert_true(worst <= 1e-10);
+    op_print(&reached, 1);
+    op_answers_free(a);
     close_robot(&h);
 }
 
@@ -276,11 +234,11 @@ TEST(tips_beyond_memory_are_refused)
     assert_int_equal(tfa_workspace_size(h.model, &many), 0);
     assert_true(tfa_workspace_size(h.model, &two) < tfa_workspace_size(h.model, NULL));
     for (size_t k = 0; k < sizeof ops / sizeof *ops; k++) {
-        tfa_request r = h.r;
+        tfa_request r = h.c.r;
         r.op = ops[k];
         r.task_acceleration = desired;
         r.flags = TFA_WANT_POSES;
-        expect(h.w, r, TFA_OK, 0);
+        expect(h.c.f64, r, TFA_OK, 0);
         expect(few, r, TFA_E_UNSUPPORTED, TFA_DEFAULT_TIPS); /* the first one too many */
         r.tip_count = TFA_DEFAULT_TIPS + 1;
         expect(few, r, TFA_E_UNSUPPORTED, TFA_DEFAULT_TIPS);
@@ -291,7 +249,7 @@ TEST(tips_beyond_memory_are_refused)
         r.tip_count = 2;
         expect(pair, r, TFA_OK, 0);
         r.tip_count = TFA_MAX_TIPS + 1;
-        expect(h.w, r, TFA_E_SIZE, TFA_MAX_TIPS + 1);
+        expect(h.c.f64, r, TFA_E_SIZE, TFA_MAX_TIPS + 1);
         expect(few, r, TFA_E_SIZE, TFA_MAX_TIPS + 1);
     }
     tfa_workspace_free(pair);

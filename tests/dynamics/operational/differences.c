@@ -18,23 +18,12 @@
 #define TIPS 2
 
 static op_bound bounds[] = {
-    {"twist by poses", 1e-10, 0},      {"column of J by poses", 1e-10, 0},
-    {"J-dot v by twists", 1e-10, 0},   {"com_velocity by com", 1e-10, 0},
-    {"com_jacobian by com", 1e-10, 0}, {"momentum by com", 1e-10, 0},
-    {"gravity by energy", 1e-10, 0},
+    {"twist by poses", {1e-10}, {0}},      {"column of J by poses", {1e-10}, {0}},
+    {"J-dot v by twists", {1e-10}, {0}},   {"com_velocity by com", {1e-10}, {0}},
+    {"com_jacobian by com", {1e-10}, {0}}, {"momentum by com", {1e-10}, {0}},
+    {"gravity by energy", {1e-10}, {0}},
 };
 enum { TWIST, COLUMN, BIAS, COM_VELOCITY, COM_COLUMN, MOMENTUM, GRAVITY };
-
-/* v <- v turned by the unit quaternion */
-static void rotate(const double *quat, const double *v, double *out)
-{
-    double t[3];
-    for (int i = 0; i < 3; i++)
-        t[i] = 2 * (quat[(i + 1) % 3] * v[(i + 2) % 3] - quat[(i + 2) % 3] * v[(i + 1) % 3]);
-    for (int i = 0; i < 3; i++)
-        out[i] = v[i] + quat[3] * t[i] + quat[(i + 1) % 3] * t[(i + 2) % 3] -
-                 quat[(i + 2) % 3] * t[(i + 1) % 3];
-}
 
 /* ---- differences ---- */
 
@@ -120,8 +109,8 @@ static void twist_by_poses(const op_case *c, const struct motion *m, uint32_t t,
     memcpy(twist + 3, w, sizeof w);
     if (c->r.frame == TFA_FRAME_LOCAL) {
         const double back[4] = {-q[0], -q[1], -q[2], q[3]};
-        rotate(back, v, twist);
-        rotate(back, w, twist + 3);
+        rotate_vector(back, v, twist);
+        rotate_vector(back, w, twist + 3);
     } else if (c->r.frame == TFA_FRAME_WORLD) {
         for (int i = 0; i < 3; i++)
             twist[i] -= w[(i + 1) % 3] * pose[(i + 2) % 3] - w[(i + 2) % 3] * pose[(i + 1) % 3];
@@ -143,7 +132,7 @@ static void check_column(op_case *c, const tfa_request *state, const op_answers 
         twist_by_poses(c, &m, t, pose, twist);
         for (uint32_t i = 0; i < rows; i++)
             got[i] = now->jacobian[(size_t)(rows * t + i) * c->n + column];
-        const double reach = c->chain ? fmax(1, op_norm(pose, 3)) : 1;
+        const double reach = c->chain ? fmax(1, norm2(pose, 3)) : 1;
         op_within(c, &bounds[COLUMN], op_difference(got, twist, rows, reach));
     }
     for (int i = 0; i < 3; i++) {
@@ -167,7 +156,7 @@ static void check_energy(op_case *c, const tfa_request *state, const struct moti
         power += a->gravity_force[i] * v[i];
         size += fabs(a->gravity_force[i] * v[i]);
     }
-    size += op_norm(m->a->energy, 2); /* a constant has its rounding, too */
+    size += norm2(m->a->energy, 2); /* a constant has its rounding, too */
     op_within(c, &bounds[GRAVITY], fabs(derivative(m, m->a->energy + 1, 2) - power) / (1 + size));
     op_answers_free(a);
 }
@@ -178,8 +167,8 @@ static void check_motion(op_case *c, uint32_t k, const tfa_request *state, const
     struct motion m;
     op_velocities(c, k, v);
     move_along(c, state, v, TFA_WANT_POSES | TFA_WANT_TWISTS | TFA_WANT_COM | TFA_WANT_ENERGY, &m);
-    const double speed = op_norm(v, c->n);
-    const double size = c->chain ? fmax(1, op_norm(now->jacobian, (size_t)now->rows * c->n)) : 1;
+    const double speed = norm2(v, c->n);
+    const double size = c->chain ? fmax(1, norm2(now->jacobian, (size_t)now->rows * c->n)) : 1;
     const double fast = speed * size; /* test mechanisms reach far */
     for (uint32_t t = 0; t < now->tips; t++) {
         const uint32_t rows = op_tips(c).rows;

@@ -5,16 +5,11 @@
  * they have the bits of TFA_OP_KINEMATICS. No answer that overflows comes with TFA_OK, and no
  * failed state leaves an answer as it was. Outputs are those of interface/fields.h.
  */
-#include "interface/fields.h"
 #include "operational.h"
-#include "support/fixture.h"
 #include "test.h"
 
 #include <stdbool.h>
 
-#define FLAGS                                                                                      \
-    (TFA_WANT_POSES | TFA_WANT_FRAME_POSES | TFA_WANT_TWISTS | TFA_WANT_JACOBIAN |                 \
-     TFA_WANT_BIAS_ACCELERATION | TFA_WANT_COM | TFA_WANT_MOMENTUM | TFA_WANT_ENERGY)
 #define KINDS 5
 
 static const struct kind {
@@ -29,39 +24,6 @@ static const struct kind {
 
 static uint32_t failed[KINDS];
 
-static void same(const op_case *c, uint32_t kind, const char *what, const double *x,
-                 const double *y, size_t count)
-{
-    if (memcmp(x, y, count * sizeof *x) != 0)
-        fail_msg("%s, %s: %s of a failed state", c->name, kinds[kind].name, what);
-}
-
-/* Numbers of one state of an output */
-static size_t numbers(const op_answers *a, uint32_t k)
-{
-    const tfa_extents n = {
-        .v = a->nv, .base = a->n - a->nv, .links = a->frames, .tips = a->tips, .rows = a->rows};
-    return tfa_extent(tfa_outputs[k].rows, &n) * tfa_extent(tfa_outputs[k].columns, &n);
-}
-
-static const char *const names[] = {
-#define NAME(name, member, ...) #member,
-    TFA_OUTPUT_LIST(NAME)
-#undef NAME
-};
-
-static const double *output(const op_answers *a, uint32_t k)
-{
-    return tfa_output_buffer(&tfa_outputs[k], &a->reply);
-}
-
-static void check_motion(const op_case *c, uint32_t kind, const op_answers *a, const op_answers *b)
-{
-    for (uint32_t k = 0; k < TFA_WIRE_REPLY_BLOCKS; k++)
-        if (tfa_outputs[k].flags & FLAGS)
-            same(c, kind, names[k], output(a, k), output(b, k), numbers(a, k));
-}
-
 /* Forces that leave the range of doubles as accelerations */
 static void overflow(op_case *c, uint32_t kind, tfa_workspace *w, uint32_t tips)
 {
@@ -72,14 +34,15 @@ static void overflow(op_case *c, uint32_t kind, tfa_workspace *w, uint32_t tips)
     r.tau = tau;
     r.tip_count = tips;
     r.flags =
-        tips ? FLAGS : FLAGS & ~(TFA_WANT_TWISTS | TFA_WANT_JACOBIAN | TFA_WANT_BIAS_ACCELERATION);
+        tips ? OP_KINEMATICS
+             : OP_KINEMATICS & ~(TFA_WANT_TWISTS | TFA_WANT_JACOBIAN | TFA_WANT_BIAS_ACCELERATION);
     op_answers *a = op_answers_create(c, &r), *b = op_answers_create(c, &r);
     r.op = TFA_OP_KINEMATICS;
     op_compute(c, w, &r, b);
     r.op = TFA_OP_FORWARD_DYNAMICS;
     if (tfa_compute(w, &r, &a->reply) != TFA_OK) {
         assert_int_equal(a->answers[0].status, a->reply.status);
-        check_motion(c, kind, a, b);
+        op_same(c, kinds[kind].name, a, 0, b, 0, op_outputs_of(OP_KINEMATICS));
         failed[kind]++;
     }
     op_answers_free(b);
@@ -124,7 +87,7 @@ static bool answers_are_finite(const op_answers *a, uint32_t flags)
     bool finite = true;
     for (uint32_t k = 0; k < TFA_WIRE_REPLY_BLOCKS; k++)
         if (tfa_outputs[k].flags & flags && k != TFA_WIRE_RANK && k != TFA_WIRE_LOST)
-            finite = finite && is_finite(output(a, k), numbers(a, k));
+            finite = finite && is_finite(op_output(a, k, 0), op_numbers(a, k));
     return finite;
 }
 
@@ -142,10 +105,10 @@ static void check_written(const op_case *c, const tfa_request *r, const op_answe
     for (uint32_t k = 0; k < TFA_WIRE_REPLY_BLOCKS; k++)
         if (tfa_outputs[k].size == sizeof(double) &&
             tfa_is_printed(&tfa_outputs[k], a->n - a->nv, r))
-            for (size_t e = 0; e < numbers(a, k); e++)
-                if (output(a, k)[e] == BEFORE)
+            for (size_t e = 0; e < op_numbers(a, k); e++)
+                if (((double *)op_output(a, k, 0))[e] == BEFORE)
                     fail_msg("%s, op %d, %s: %s[%zu] is that of before", c->name, (int)r->op,
-                             tfa_status_name(a->reply.status), names[k], e);
+                             tfa_status_name(a->reply.status), op_output_names[k], e);
 }
 
 static void check_status(const op_case *c, tfa_workspace *w, const tfa_request *r, bool lambda)
@@ -153,7 +116,7 @@ static void check_status(const op_case *c, tfa_workspace *w, const tfa_request *
     op_answers *a = op_answers_create(c, r);
     fill(a);
     const int status = tfa_compute(w, r, &a->reply);
-    const bool finite = answers_are_finite(a, FLAGS | (lambda ? TFA_WANT_RANK : 0));
+    const bool finite = answers_are_finite(a, OP_KINEMATICS | (lambda ? TFA_WANT_RANK : 0));
     check_written(c, r, a);
     assert_int_equal(a->answers[0].status, status);
     if (status == TFA_OK && !finite)
@@ -181,14 +144,13 @@ static void huge(op_case *c)
     r.task_acceleration = desired;
     for (int fast = 0; fast < 2; fast++)
         for (int op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_TASK_TORQUES; op++) {
-            const bool lambda = op == TFA_OP_FORWARD_DYNAMICS || op == TFA_OP_TASK_TORQUES ||
-                                op == TFA_OP_OPERATIONAL_INERTIA;
+            const bool lambda = op_has_lambda((tfa_op)op);
             r.op = (tfa_op)op;
             r.v = fast ? v : NULL;
             r.base_twist = fast ? twist : NULL;
             r.gravity = fast ? NULL : gravity;
             r.locked_count = 0;
-            r.flags = FLAGS | (lambda ? TFA_WANT_LAMBDA | TFA_WANT_MU | TFA_WANT_P : 0);
+            r.flags = OP_KINEMATICS | (lambda ? TFA_WANT_LAMBDA | TFA_WANT_MU | TFA_WANT_P : 0);
             check_status(c, c->f64, &r, lambda);
             check_status(c, c->f32, &r, lambda);
             check_status(c, c->f128, &r, lambda);

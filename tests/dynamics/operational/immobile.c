@@ -6,47 +6,22 @@
  */
 #include "models.h"
 #include "operational.h"
+#include "support/small_robot.h"
 #include "test.h"
 
-static const tfa_link solid = {.mass = 2,
-                               .com = {0.1, 0.2, -0.1},
-                               .quat = {0, 0, 0, 1},
-                               .inertia = {0.02, 0, 0, 0.03, 0, 0.04}};
-
-/* root, a joint, and a link welded to it */
-static void describe(tfa_link links[3], tfa_joint joints[2], tfa_joint_type type,
-                     tfa_description *d)
+/* root, a joint, and a link welded to it, all of them solid */
+static void describe(small_robot *r, tfa_joint_type type)
 {
-    static const char *const names[] = {"root", "arm", "hand"};
-    for (uint32_t k = 0; k < 3; k++) {
-        links[k] = solid;
-        links[k].name = names[k];
+    small_robot_begin(r);
+    for (uint32_t k = 0; k < 2; k++) {
+        tfa_joint *j = small_robot_add(r, k, k ? TFA_JOINT_FIXED : type, 0, 1, 0);
+        j->xyz[0] = 0.3;
+        j->xyz[2] = 0.1;
     }
-    for (uint32_t k = 0; k < 2; k++)
-        joints[k] = (tfa_joint){.name = names[k],
-                                .type = k ? TFA_JOINT_FIXED : type,
-                                .parent = k,
-                                .child = k + 1,
-                                .xyz = {0.3, 0, 0.1},
-                                .quat = {0, 0, 0, 1},
-                                .axis = {0, 1, 0},
-                                .mimic = -1};
-    *d = (tfa_description){
-        .name = "edge", .links = links, .link_count = 3, .joints = joints, .joint_count = 2};
-}
-
-static const tfa_op ops[] = {TFA_OP_KINEMATICS,       TFA_OP_FORWARD_DYNAMICS,
-                             TFA_OP_INVERSE_DYNAMICS, TFA_OP_OPERATIONAL_INERTIA,
-                             TFA_OP_MASS_MATRIX,      TFA_OP_BIAS,
-                             TFA_OP_TASK_TORQUES};
-#define OPS (sizeof ops / sizeof *ops)
-#define LAMBDA_FLAGS (TFA_WANT_SPECTRUM | TFA_WANT_LAMBDA | TFA_WANT_MU | TFA_WANT_P)
-
-static uint32_t flags_of(tfa_op op)
-{
-    const bool lambda = op == TFA_OP_FORWARD_DYNAMICS || op == TFA_OP_OPERATIONAL_INERTIA ||
-                        op == TFA_OP_TASK_TORQUES;
-    return lambda ? TFA_WANT_ALL : TFA_WANT_ALL & ~LAMBDA_FLAGS;
+    for (uint32_t k = 0; k < 3; k++) {
+        small_robot_load(r, k, 2, 0.02, 0.03, 0.04);
+        memcpy(r->link[k].com, (double[3]){0.1, 0.2, -0.1}, sizeof r->link[k].com);
+    }
 }
 
 static const double desired[12] = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
@@ -54,16 +29,14 @@ static const double desired[12] = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
 /* Nothing moves: everything that could is zero, nothing is NaN. */
 TEST(robot_without_freedoms)
 {
-    tfa_link links[3];
-    tfa_joint joints[2];
-    tfa_description d;
-    describe(links, joints, TFA_JOINT_FIXED, &d);
-    op_case c = {.name = "no freedoms", .model = compiled(&d, NULL), .link_count = 3};
+    small_robot robot;
+    describe(&robot, TFA_JOINT_FIXED);
+    op_case c = {.name = "no freedoms", .model = compiled(&robot.d, NULL), .link_count = 3};
     tfa_workspace *w = workspace_for(c.model, NULL);
-    for (size_t k = 0; k < OPS; k++)
+    for (size_t k = 0; k < OP_OPS; k++)
         for (int policy = 0; policy < 2; policy++) {
-            tfa_request r = {.op = ops[k],
-                             .flags = flags_of(ops[k]),
+            tfa_request r = {.op = op_ops[k],
+                             .flags = op_flags(op_ops[k]),
                              .count = 1,
                              .tip_count = 2,
                              .tips = {2, 0},
@@ -79,7 +52,7 @@ TEST(robot_without_freedoms)
             assert_true(fabs(a->poses[0] - 0.6) < 1e-15 && a->poses[6] == 1);
             for (uint32_t i = 0; i < 12; i++)
                 assert_true(a->twists[i] == 0 && a->bias_acceleration[i] == 0);
-            for (uint32_t i = 0; flags_of(ops[k]) == TFA_WANT_ALL && i < 144; i++) {
+            for (uint32_t i = 0; op_has_lambda(op_ops[k]) && i < 144; i++) {
                 assert_true(a->lambda_inv[i] == 0 && a->lambda[i] == 0);
                 assert_true(a->mu[i % 12] == 0 && a->p[i % 12] == 0 && a->rank[0].rank == 0);
             }
@@ -92,14 +65,12 @@ TEST(robot_without_freedoms)
 /* One rigid body: Lambda at its centre of mass would be its mass and inertia. */
 TEST(floating_body)
 {
-    tfa_link links[3];
-    tfa_joint joints[2];
-    tfa_description d;
+    small_robot robot;
     const tfa_model_options options = {.base = TFA_BASE_FLOATING};
     const double pose[7] = {0.3, -0.2, 0.5, 0.5, 0.5, 0.5, 0.5}, twist[6] = {1, 2, 3, -1, 0.5, 2};
-    describe(links, joints, TFA_JOINT_FIXED, &d);
+    describe(&robot, TFA_JOINT_FIXED);
     op_case c = {
-        .name = "body", .model = compiled(&d, &options), .link_count = 3, .n = 6, .six = 6};
+        .name = "body", .model = compiled(&robot.d, &options), .link_count = 3, .n = 6, .six = 6};
     tfa_workspace *w = workspace_for(c.model, NULL);
     tfa_request r = {.op = TFA_OP_TASK_TORQUES,
                      .flags = TFA_WANT_ALL,
@@ -147,17 +118,16 @@ TEST(floating_body)
 /* A joint, a tip that it moves, one that it does not, and the first again: each in its own rows. */
 TEST(tips_fixed_to_the_world)
 {
-    tfa_link links[3];
-    tfa_joint joints[2];
-    tfa_description d;
+    small_robot robot;
     const double q = 0.4, v = 1.5;
-    describe(links, joints, TFA_JOINT_REVOLUTE, &d);
-    op_case c = {.name = "arm", .model = compiled(&d, NULL), .link_count = 3, .n = 1, .nv = 1};
+    describe(&robot, TFA_JOINT_REVOLUTE);
+    op_case c = {
+        .name = "arm", .model = compiled(&robot.d, NULL), .link_count = 3, .n = 1, .nv = 1};
     tfa_workspace *w = workspace_for(c.model, NULL);
-    for (size_t k = 0; k < OPS; k++) {
+    for (size_t k = 0; k < OP_OPS; k++) {
         static const double wanted[18] = {1};
-        tfa_request r = {.op = ops[k],
-                         .flags = flags_of(ops[k]),
+        tfa_request r = {.op = op_ops[k],
+                         .flags = op_flags(op_ops[k]),
                          .count = 1,
                          .tip_count = 3,
                          .tips = {2, 0, 2},
@@ -171,7 +141,7 @@ TEST(tips_fixed_to_the_world)
             assert_true(a->jacobian[6 + i] == 0 && a->twists[6 + i] == 0);
             assert_true(a->bias_acceleration[6 + i] == 0);
             assert_true(a->jacobian[i] == a->jacobian[12 + i]);
-            for (uint32_t j = 0; flags_of(ops[k]) == TFA_WANT_ALL && j < 18; j++) {
+            for (uint32_t j = 0; op_has_lambda(op_ops[k]) && j < 18; j++) {
                 assert_true(a->lambda_inv[(6 + i) * 18 + j] == 0);
                 assert_true(fabs(a->lambda[(6 + i) * 18 + j]) <= 1e-300);
                 assert_int_equal(a->rank[0].rank, 1);

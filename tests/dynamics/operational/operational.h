@@ -11,6 +11,8 @@
 
 #include <totalforce/totalforce.h>
 
+#include "interface/fields.h"
+#include "support/fixture.h"
 #include "support/oracle_operational.h"
 #include "support/random_robot.h"
 
@@ -18,6 +20,7 @@
 #define OP_FREEDOMS 256 /* most rows of M */
 #define OP_TIPS 4       /* most tips of the tests that choose some */
 #define OP_ROWS (6 * OP_TIPS)
+#define OP_SETS 4 /* of bounds */
 
 /** A robot with OP_STATES random states. */
 typedef struct op_case {
@@ -33,6 +36,7 @@ typedef struct op_case {
     bool file;       /**< of config/robots or ../shared/robots: large */
     bool chain;      /**< a test mechanism: no methods that invert inertias of single bodies */
     bool heavy;      /**< in which light links carry others 1e6 times as heavy: six digits less */
+    uint32_t set;    /**< whose bounds count */
     uint32_t damped; /**< 1: the model has damping, and the oracle uses it */
     uint32_t link_count;        /**< frames of the model */
     uint32_t link[OP_FREEDOMS]; /**< link of `whole` of each frame */
@@ -107,12 +111,43 @@ void op_answers_free(op_answers *a);
 /** Answers `r` into cleared `a`; must be TFA_OK. */
 void op_compute(const op_case *c, tfa_workspace *w, const tfa_request *r, op_answers *a);
 
-/** A quantity that a test bounds. */
+/** The ops that answer kinematics, and whether an op answers lambda_inv */
+#define OP_OPS 7
+extern const tfa_op op_ops[OP_OPS];
+bool op_has_lambda(tfa_op op);
+/** Flags that any op answers */
+#define OP_KINEMATICS                                                                              \
+    (TFA_WANT_POSES | TFA_WANT_FRAME_POSES | TFA_WANT_TWISTS | TFA_WANT_JACOBIAN |                 \
+     TFA_WANT_BIAS_ACCELERATION | TFA_WANT_COM | TFA_WANT_MOMENTUM | TFA_WANT_ENERGY)
+/** All that the op answers */
+uint32_t op_flags(tfa_op op);
+
+/** Outputs of interface/fields.h: names, items of one state, and those of state k. */
+extern const char *const op_output_names[TFA_WIRE_REPLY_BLOCKS];
+size_t op_numbers(const op_answers *a, uint32_t output);
+void *op_output(const op_answers *a, uint32_t output, uint32_t state);
+/** Whether the request asks for the output by its op or a flag */
+bool op_asked(const tfa_request *r, uint32_t output);
+/** State `k` of a and `l` of b have the same bits in the outputs of this mask. */
+#define OP_OUTPUT(name) (1ull << TFA_WIRE_##name)
+uint64_t op_outputs_of(uint32_t flags);
+void op_same(const op_case *c, const char *what, const op_answers *a, uint32_t k,
+             const op_answers *b, uint32_t l, uint64_t outputs);
+
+/** tau of state k, base first */
+void op_forces(const op_case *c, const op_answers *a, uint32_t k, double *tau);
+/** Accelerations of state k with the torques given, both base first */
+void op_move(const op_case *c, tfa_workspace *w, uint32_t k, const double *tau, double *qdd);
+/** x = J qdd + bias_acceleration of state k by answers. @return the size of the terms */
+double op_tip_acceleration(const op_answers *a, uint32_t k, const double *qdd, double *x);
+
+/** A quantity that a test bounds, in each set of cases. */
 typedef struct op_bound {
     const char *name;
-    double bound, worst;
+    double bound[OP_SETS], worst[OP_SETS];
 } op_bound;
 
+/** Fails unless the error is within the bound of the case's set. */
 void op_within(const op_case *c, op_bound *bound, double error);
 void op_print(const op_bound *bounds, size_t count);
 
@@ -120,7 +155,6 @@ void op_print(const op_bound *bounds, size_t count);
 double op_error(const double *x, const quad *want, size_t n, double scale);
 /** The same of two arrays of doubles. */
 double op_difference(const double *x, const double *want, size_t n, double scale);
-double op_norm(const double *x, size_t n);
 double op_norm_quad(const quad *x, size_t n);
 void *op_alloc(size_t count, size_t size);
 

@@ -6,6 +6,7 @@
  * And inputs that a request does not use are not read.
  */
 #include "models.h"
+#include "support/small_robot.h"
 #include "test.h"
 
 #include <stdbool.h>
@@ -17,11 +18,6 @@
 #define ROWS (6 * TIPS)
 #define MOST 4096
 #define MARK 42
-
-static const tfa_link solid = {.mass = 1.5,
-                               .com = {0.1, 0.02, -0.03},
-                               .quat = {0, 0, 0, 1},
-                               .inertia = {0.02, 0.001, 0, 0.03, -0.001, 0.04}};
 
 static tfa_model *model;
 static tfa_workspace *workspace;
@@ -66,28 +62,18 @@ static void set_scene(struct scene *s, tfa_op op)
 static int setup(void **state)
 {
     (void)state;
-    static const char *const names[] = {"root", "one", "two", "three"};
-    static const tfa_joint_type types[] = {TFA_JOINT_REVOLUTE, TFA_JOINT_PRISMATIC,
-                                           TFA_JOINT_REVOLUTE};
-    tfa_link links[4];
-    tfa_joint joints[3];
-    for (int k = 0; k < 4; k++) {
-        links[k] = solid;
-        links[k].name = names[k];
+    static small_robot robot;
+    small_robot_begin(&robot);
+    for (uint32_t k = 0; k < 3; k++) {
+        tfa_joint *j = small_robot_add(&robot, k, k == 1 ? TFA_JOINT_PRISMATIC : TFA_JOINT_REVOLUTE,
+                                       0, k == 0, k != 0);
+        j->xyz[0] = 0.3;
+        j->xyz[2] = 0.1;
     }
-    for (uint32_t k = 0; k < 3; k++)
-        joints[k] = (tfa_joint){.name = names[k],
-                                .type = types[k],
-                                .parent = k,
-                                .child = k + 1,
-                                .xyz = {0.3, 0, 0.1},
-                                .quat = {0, 0, 0, 1},
-                                .axis = {0, k == 0, k != 0},
-                                .mimic = -1};
-    const tfa_description d = {
-        .name = "bad", .links = links, .link_count = 4, .joints = joints, .joint_count = 3};
+    for (uint32_t k = 0; k < 4; k++)
+        small_robot_load(&robot, k, 1.5, 0.02, 0.03, 0.04);
     const tfa_model_options options = {.base = TFA_BASE_FLOATING};
-    model = compiled(&d, &options);
+    model = compiled(&robot.d, &options);
     workspace = workspace_for(model, NULL);
     return 0;
 }

@@ -7,29 +7,13 @@
  * whichever op and flags stand beside them.
  */
 #include "operational.h"
-#include "support/fixture.h"
 #include "test.h"
 
 #define FREEDOMS 30 /* robots larger than this take too long, but reduced ones */
-#define KINEMATICS                                                                                 \
-    (TFA_WANT_POSES | TFA_WANT_FRAME_POSES | TFA_WANT_TWISTS | TFA_WANT_JACOBIAN |                 \
-     TFA_WANT_BIAS_ACCELERATION | TFA_WANT_COM | TFA_WANT_MOMENTUM | TFA_WANT_ENERGY)
-
-static const tfa_op ops[] = {TFA_OP_KINEMATICS,       TFA_OP_FORWARD_DYNAMICS,
-                             TFA_OP_INVERSE_DYNAMICS, TFA_OP_OPERATIONAL_INERTIA,
-                             TFA_OP_MASS_MATRIX,      TFA_OP_BIAS,
-                             TFA_OP_TASK_TORQUES};
-#define OPS (sizeof ops / sizeof *ops)
 
 static double desired[OP_STATES * OP_ROWS];
 static const double weightless[3] = {0, 0, 0};
 static uint32_t requests; /* of a sequence in double */
-
-static bool has_lambda(tfa_op op)
-{
-    return op == TFA_OP_FORWARD_DYNAMICS || op == TFA_OP_OPERATIONAL_INERTIA ||
-           op == TFA_OP_TASK_TORQUES;
-}
 
 static struct {
     uint32_t compared, refused, repeated, locked, loaded;
@@ -56,10 +40,10 @@ typedef struct sequence {
 static void change_question(op_case *c, tfa_request *r)
 {
     static const uint32_t refine[] = {TFA_REFINE_DEFAULT, TFA_REFINE_DEFAULT, 0, 1, 2};
-    r->op = ops[random_below(&c->s, OPS)];
+    r->op = op_ops[random_below(&c->s, OP_OPS)];
     r->flags = (uint32_t)random_bits(&c->s) & TFA_WANT_ALL;
-    if (!has_lambda(r->op))
-        r->flags &= KINEMATICS;
+    if (!op_has_lambda(r->op))
+        r->flags &= OP_KINEMATICS;
     r->rank_loss = (tfa_rank_loss)random_below(&c->s, 2);
     r->refine = refine[random_below(&c->s, 5)];
 }
@@ -172,45 +156,10 @@ static void same(const op_case *c, const tfa_request *r, const char *what, const
 /* State k of answers to several, where those to one stand */
 static void copy_state(const op_answers *all, uint32_t k, op_answers *one)
 {
-    double *from = all->memory, *to = one->memory;
-    const size_t n = all->n, m = all->rows;
-    const size_t sizes[] = {all->nv,
-                            all->nv,
-                            6,
-                            6,
-                            m * m,
-                            n * n,
-                            7 * (size_t)all->tips,
-                            7 * (size_t)all->frames,
-                            6 * (size_t)all->tips,
-                            m * n,
-                            m,
-                            3,
-                            3,
-                            3 * n,
-                            1,
-                            6,
-                            2,
-                            m * m,
-                            m,
-                            m,
-                            TFA_LOST_MAX * (2 + m),
-                            n,
-                            n,
-                            n,
-                            n,
-                            n};
-    size_t total = 0;
-    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
-        memcpy(to, from + k * sizes[i], sizes[i] * sizeof *to);
-        to += sizes[i];
-        total += sizes[i];
-        from += all->count * sizes[i];
-    }
-    assert_int_equal(total, one->size);
-    one->rank[0] = all->rank[k];
-    one->spectrum[0] = all->spectrum[k];
-    one->answers[0] = all->answers[k];
+    for (uint32_t o = 0; o < TFA_WIRE_REPLY_BLOCKS; o++)
+        if (op_output(all, o, k))
+            memcpy(op_output(one, o, 0), op_output(all, o, k),
+                   op_numbers(all, o) * tfa_outputs[o].size);
 }
 
 static void one_by_one(op_case *c, tfa_workspace *w, const tfa_request *r, const op_answers *all)
@@ -311,52 +260,31 @@ TEST(answers_depend_on_their_request_only)
 
 /* ---- beside others ---- */
 
-static void same_array(const op_case *c, tfa_op op, const char *what, const double *x,
-                       const double *y, size_t count)
-{
-    if (memcmp(x, y, count * sizeof *x) != 0)
-        fail_msg("%s: op %d: %s differs from that of kinematics alone", c->name, (int)op, what);
-}
-
-static void same_motion(const op_case *c, tfa_op op, const op_answers *a, const op_answers *b)
-{
-    const size_t k = a->count, m = a->rows, n = a->n;
-    same_array(c, op, "poses", a->poses, b->poses, k * 7 * a->tips);
-    same_array(c, op, "frame_poses", a->frame_poses, b->frame_poses, k * 7 * a->frames);
-    same_array(c, op, "twists", a->twists, b->twists, k * 6 * a->tips);
-    same_array(c, op, "jacobian", a->jacobian, b->jacobian, k * m * n);
-    same_array(c, op, "bias_acceleration", a->bias_acceleration, b->bias_acceleration, k * m);
-    same_array(c, op, "com", a->com, b->com, k * 3);
-    same_array(c, op, "com_velocity", a->com_velocity, b->com_velocity, k * 3);
-    same_array(c, op, "com_jacobian", a->com_jacobian, b->com_jacobian, k * 3 * n);
-    same_array(c, op, "mass", a->mass, b->mass, k);
-    same_array(c, op, "momentum", a->momentum, b->momentum, k * 6);
-    same_array(c, op, "energy", a->energy, b->energy, k * 2);
-}
-
 static void beside_others(op_case *c)
 {
     op_choose_tips(c, 2, (tfa_rows)random_below(&c->s, 2),
                    (tfa_reference_frame)random_below(&c->s, 3));
     tfa_request r = c->r;
     r.op = TFA_OP_KINEMATICS;
-    r.flags = KINEMATICS;
+    r.flags = OP_KINEMATICS;
     r.task_acceleration = desired;
     op_answers *a = op_answers_create(c, &r), *b = op_answers_create(c, &r);
     op_compute(c, c->f64, &r, a);
-    for (size_t k = 0; k < OPS; k++) {
-        r.op = ops[k];
-        r.flags = has_lambda(r.op) ? TFA_WANT_ALL : KINEMATICS;
+    for (size_t k = 0; k < OP_OPS; k++) {
+        r.op = op_ops[k];
+        r.flags = op_flags(r.op);
         op_compute(c, c->f64, &r, b);
-        same_motion(c, r.op, a, b);
+        for (uint32_t state = 0; state < r.count; state++)
+            op_same(c, "beside others", a, state, b, state, op_outputs_of(OP_KINEMATICS));
     }
     r.op = TFA_OP_KINEMATICS;
     op_answers_clear(b);
     for (uint32_t flag = 1; flag <= TFA_WANT_ENERGY; flag *= 2) {
-        r.flags = flag & KINEMATICS;
+        r.flags = flag & OP_KINEMATICS;
         assert_int_equal(tfa_compute(c->f64, &r, &b->reply), TFA_OK);
     }
-    same_motion(c, r.op, a, b);
+    for (uint32_t state = 0; state < r.count; state++)
+        op_same(c, "alone", a, state, b, state, op_outputs_of(OP_KINEMATICS));
     op_answers_free(b);
     op_answers_free(a);
 }
@@ -370,7 +298,7 @@ TEST(motion_is_the_same_beside_other_answers)
 
 static bool untouched(const double *x, size_t count)
 {
-    for (size_t k = 0; k < count; k++)
+    for (size_t k = 0; x && k < count; k++)
         if (!isnan(x[k]))
             return false;
     return true;
@@ -383,24 +311,14 @@ static void only_what_is_asked(op_case *c)
     tfa_request r = c->r;
     r.task_acceleration = desired;
     op_answers *a = op_answers_create(c, &r);
-    for (size_t k = 0; k < OPS; k++) {
-        r.op = ops[k];
+    for (size_t k = 0; k < OP_OPS; k++) {
+        r.op = op_ops[k];
         r.flags = 0;
         op_compute(c, c->f64, &r, a);
-        assert_true(untouched(a->poses, (size_t)(a->lambda - a->poses))); /* to energy */
-        const size_t m = a->rows;
-        assert_true(untouched(a->lambda, r.count * (m * m + 2 * m)));
-        if (r.op != TFA_OP_BIAS)
-            assert_true(untouched(a->gravity_force, 5 * (size_t)r.count * c->n));
-        if (!has_lambda(r.op))
-            assert_true(untouched(a->lambda_inv, r.count * m * m));
-        if (r.op != TFA_OP_MASS_MATRIX)
-            assert_true(untouched(a->mass_matrix, (size_t)r.count * c->n * c->n));
-        if (r.op != TFA_OP_FORWARD_DYNAMICS)
-            assert_true(untouched(a->qdd, (size_t)r.count * c->nv));
-        if (r.op != TFA_OP_INVERSE_DYNAMICS && r.op != TFA_OP_TASK_TORQUES)
-            assert_true(untouched(a->tau, (size_t)r.count * c->nv));
-        r.flags = has_lambda(r.op) ? TFA_WANT_ALL : KINEMATICS;
+        for (uint32_t o = 0; o < TFA_WIRE_REPLY_BLOCKS; o++)
+            if (tfa_outputs[o].size == sizeof(double) && !op_asked(&r, o))
+                assert_true(untouched(op_output(a, o, 0), r.count * op_numbers(a, o)));
+        r.flags = op_flags(r.op);
         tfa_reply reply = {0};
         assert_int_equal(tfa_compute(c->f64, &r, &reply), TFA_OK);
     }

@@ -11,10 +11,10 @@
 
 enum { JACOBIAN, BIAS, INVERSE, SOLVED, KINDS };
 static op_bound bounds[] = {
-    {"jacobian", 1e-14, 0},
-    {"bias_acceleration", 1e-14, 0},
-    {"lambda_inv", 1e-14, 0},
-    {"mu and p of a point", 1e-14, 0},
+    {"jacobian", {1e-14}, {0}},
+    {"bias_acceleration", {1e-14}, {0}},
+    {"lambda_inv", {1e-14}, {0}},
+    {"mu and p of a point", {1e-14}, {0}},
 };
 static uint32_t solved;
 
@@ -64,7 +64,7 @@ static void check_solution(const op_case *c, const op_answers *pose, const op_an
             for (uint32_t j = 0; j < m; j++)
                 got[i] += B[i * m + j] * part[j];
         }
-        const double size = op_norm(A, (size_t)all * all) * op_norm(whole, all);
+        const double size = norm2(A, (size_t)all * all) * norm2(whole, all);
         op_within(c, &bounds[SOLVED], op_difference(got, want, m, size));
     }
     solved++;

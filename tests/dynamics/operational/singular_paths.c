@@ -8,6 +8,7 @@
  */
 #include "models.h"
 #include "spectral.h"
+#include "support/small_robot.h"
 #include "test.h"
 
 #include <float.h>
@@ -19,14 +20,10 @@
 enum { SHOULDER, ELBOW = 2, WRIST = 4 }; /* joint whose angle is the distance */
 
 struct arm {
-    tfa_link links[JOINTS + 2];
-    tfa_joint joints[JOINTS + 1];
-    tfa_description d;
+    small_robot robot;
     tfa_model *model;
     tfa_workspace *w;
 };
-
-static const char *const names[] = {"base", "l1", "l2", "l3", "l4", "l5", "l6", "tool"};
 
 /* Axes z y y x y x; with the elbow at 0 upper and lower arm are in line, with the fifth joint at 0
  * axes 4 and 6 are. `unit`: lengths are in so many metres. */
@@ -35,36 +32,25 @@ static void describe(struct arm *a, uint64_t seed, double unit)
     static const double axes[JOINTS][3] = {{0, 0, 1}, {0, 1, 0}, {0, 1, 0},
                                            {1, 0, 0}, {0, 1, 0}, {1, 0, 0}};
     random_source s = {seed};
+    small_robot_begin(&a->robot);
+    for (uint32_t k = 0; k <= JOINTS; k++) {
+        const double *axis = axes[k < JOINTS ? k : 0];
+        tfa_joint *j =
+            small_robot_add(&a->robot, k, k < JOINTS ? TFA_JOINT_CONTINUOUS : TFA_JOINT_FIXED,
+                            axis[0], axis[1], axis[2]);
+        const double along = k == 0 ? 0 : k == JOINTS ? 0.1 : random_uniform(&s, 0.2, 0.5);
+        if (k != 4 && k != 5) /* a spherical wrist */
+            j->xyz[0] = (k == 1 ? 0.1 : along) / unit;
+    }
     for (uint32_t k = 0; k < JOINTS + 2; k++) {
         const double mass = random_uniform(&s, 0.5, 8) / (1 + k), size = 0.05 / unit;
-        a->links[k] = (tfa_link){.name = names[k], .mass = mass, .quat = {0, 0, 0, 1}};
-        for (int e = 0; e < 3; e++) {
-            a->links[k].com[e] = random_uniform(&s, -0.05, 0.05) / unit;
-            a->links[k].inertia[e == 0   ? 0
-                                : e == 1 ? 3
-                                         : 5] = mass * size * size * random_uniform(&s, 1, 1.4);
-        }
+        const double I = mass * size * size;
+        small_robot_load(&a->robot, k, mass, I * random_uniform(&s, 1, 1.4),
+                         I * random_uniform(&s, 1, 1.4), I * random_uniform(&s, 1, 1.4));
+        for (int e = 0; e < 3; e++)
+            a->robot.link[k].com[e] = random_uniform(&s, -0.05, 0.05) / unit;
     }
-    for (uint32_t k = 0; k <= JOINTS; k++) {
-        const double along = k == 0 ? 0 : k == JOINTS ? 0.1 : random_uniform(&s, 0.2, 0.5);
-        a->joints[k] = (tfa_joint){.name = names[k],
-                                   .type = k == JOINTS ? TFA_JOINT_FIXED : TFA_JOINT_CONTINUOUS,
-                                   .parent = k,
-                                   .child = k + 1,
-                                   .xyz = {k == 1 ? 0.1 / unit : along / unit, 0, 0},
-                                   .quat = {0, 0, 0, 1},
-                                   .mimic = -1};
-        if (k == 4 || k == 5) /* a spherical wrist */
-            a->joints[k].xyz[0] = 0;
-        for (int e = 0; k < JOINTS && e < 3; e++)
-            a->joints[k].axis[e] = axes[k][e];
-    }
-    a->d = (tfa_description){.name = "arm",
-                             .links = a->links,
-                             .link_count = JOINTS + 2,
-                             .joints = a->joints,
-                             .joint_count = JOINTS + 1};
-    a->model = (tfa_model *)(uintptr_t)compiled(&a->d, NULL);
+    a->model = compiled(&a->robot.d, NULL);
     a->w = workspace_for(a->model, NULL);
 }
 
@@ -161,7 +147,7 @@ TEST(errors_grow_with_the_condition)
     for (uint64_t seed = 1; seed <= ARMS; seed++) {
         static struct arm a;
         describe(&a, seed, 1);
-        oracle *o = oracle_create(&a.d, TFA_BASE_FIXED);
+        oracle *o = oracle_create(&a.robot.d, TFA_BASE_FIXED);
         for (int k = 0; k < 6; k++) {
             double q[JOINTS];
             pose(seed, WRIST, distances[k], q);

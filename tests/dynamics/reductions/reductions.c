@@ -88,15 +88,6 @@ static tfa_description *copy_below(tfa_description *d, uint32_t root)
     return c;
 }
 
-static uint32_t root_of(const tfa_description *d)
-{
-    uint32_t root = 0;
-    for (size_t pass = 0; pass < d->joint_count; pass++)
-        for (size_t j = 0; j < d->joint_count; j++)
-            root = d->joints[j].child == root ? d->joints[j].parent : root;
-    return root;
-}
-
 static void make_robot(reduction *r, random_source *s)
 {
     const random_robot_options options = {.shape = (random_shape)random_below(s, 3),
@@ -118,7 +109,7 @@ static void make_robot(reduction *r, random_source *s)
     if (root != UINT32_MAX)
         r->scene.root = r->file->links[root].name;
     else
-        root = root_of(r->file);
+        root = description_root(r->file);
     r->whole = copy_below(r->file, root);
     for (size_t j = 0; r->options.rotor_inertia && j < r->whole->joint_count; j++)
         r->whole->joints[j].armature += r->whole->joints[j].rotor;
@@ -415,7 +406,7 @@ bool reduction_open_robot(reduction *r, const char *name, tfa_description *d,
     snprintf(r->name, sizeof r->name, "%s", name);
     if (tfa_model_create(d, options, NULL, &r->model) != TFA_OK)
         return false;
-    r->whole = copy_below(d, root_of(d));
+    r->whole = copy_below(d, description_root(d));
     open_oracle(r);
     settle_mimics(r);
     mark_locked_leaves(r);

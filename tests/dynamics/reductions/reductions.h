@@ -69,8 +69,8 @@ typedef struct reduction {
 
 /** Makes robot, scene, model and oracle. The library must accept all of it. */
 void reduction_open(reduction *r, uint64_t seed, uint32_t kinds, tfa_base base);
-/** A robot as it stands in `d`, which must outlive it. False, and nothing to close, if the library
- * refuses it. */
+/** A robot as it stands in `d`, which must outlive it. False, and nothing to close, when the
+ * library refuses it. */
 bool reduction_open_robot(reduction *r, const char *name, tfa_description *d,
                           const tfa_model_options *options);
 void reduction_close(reduction *r);

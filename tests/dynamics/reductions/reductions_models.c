@@ -30,13 +30,6 @@ static void *zeros(size_t n)
     return memory;
 }
 
-static tfa_workspace *open_workspace(const tfa_model *model, tfa_precision precision)
-{
-    const tfa_workspace_options options = {.precision = precision};
-    tfa_workspace *w = workspace_for(model, &options);
-    return w;
-}
-
 static void for_seeds(void (*law)(reduction *r, uint64_t seed))
 {
     worst = 0;
@@ -96,7 +89,7 @@ static void compare_unreduced(reduction *r, const tfa_model *model, question *a)
 {
     const uint32_t base = r->n - r->nv, all = base + r->whole_nv;
     assert_int_equal(tfa_model_v_count(model), r->whole_nv);
-    tfa_workspace *w = open_workspace(model, TFA_F128);
+    tfa_workspace *w = fixture_workspace(model, TFA_F128);
     tfa_request whole, one = question_state(a, r, 0, &whole);
     double *M = zeros((size_t)all * all), *h = zeros(all), *x = zeros(r->n + 6),
            *want = zeros(r->n);
@@ -166,7 +159,7 @@ static void armature(reduction *r, uint64_t seed)
     r->scene.payloads = r->scene_payloads;
     r->scene.payload_count = r->payload_count;
     tfa_model *model = reduction_compile(r, r->file, &r->options);
-    tfa_workspace *w = open_workspace(model, TFA_F64);
+    tfa_workspace *w = fixture_workspace(model, TFA_F64);
     reply.mass_matrix = without;
     reduction_ask(r, w, &a.r, &reply);
     double size = 0;
@@ -212,7 +205,7 @@ static void derived(reduction *r, uint64_t seed)
     assert_string_equal(tfa_model_hash_text(model), tfa_model_hash_text(r->model));
     assert_true(tfa_model_tag(model) == tfa_model_tag(r->model));
     assert_true(tfa_model_tag(r->undivided) != tfa_model_tag(r->model));
-    tfa_workspace *w = open_workspace(model, TFA_F64);
+    tfa_workspace *w = fixture_workspace(model, TFA_F64);
     double *x = zeros(r->n + 6), *y = zeros(r->n + 6);
     tfa_reply reply = {.qdd = x + r->n - r->nv, .base_acceleration = x};
     reduction_ask(r, r->f64, &a.r, &reply);

@@ -7,6 +7,7 @@
 #include "support/oracle.h"
 #include "support/quad.h"
 #include "support/random_robot.h"
+#include "support/small_robot.h"
 #include "test.h"
 
 #define MOST 80 /* freedoms */
@@ -318,21 +319,14 @@ TEST(tied_has_multipliers)
 /* Two flywheels on one shaft through a gear: (J1 + r^2 J2) qdd = tau, J with the rotors. */
 TEST(gear)
 {
-    tfa_link links[3] = {{.name = "world", .quat = {0, 0, 0, 1}},
-                         {.name = "1", .mass = 2, .quat = {0, 0, 0, 1}},
-                         {.name = "2", .mass = 3, .quat = {0, 0, 0, 1}}};
-    tfa_joint joints[2] = {{.name = "a", .type = TFA_JOINT_REVOLUTE, .parent = 0, .child = 1},
-                           {.name = "b", .type = TFA_JOINT_REVOLUTE, .parent = 0, .child = 2}};
     const double r = -2.5;
-    for (int k = 0; k < 2; k++) {
-        links[1 + k].inertia[5] = 0.25 * (k + 1);
-        joints[k].quat[3] = joints[k].axis[2] = 1;
-        joints[k].mimic = -1;
-        joints[k].armature = 0.125 * (k + 1);
+    small_robot wheels;
+    small_robot_begin(&wheels);
+    for (uint32_t k = 0; k < 2; k++) {
+        small_robot_add(&wheels, 0, TFA_JOINT_REVOLUTE, 0, 0, 1)->armature = 0.125 * (k + 1);
+        small_robot_load(&wheels, 1 + k, 2 + k, 0, 0, 0.25 * (k + 1));
     }
-    tfa_description d = {
-        .name = "gear", .links = links, .link_count = 3, .joints = joints, .joint_count = 2};
-    oracle *o = oracle_create(&d, TFA_BASE_FIXED);
+    oracle *o = oracle_create(&wheels.d, TFA_BASE_FIXED);
     const double q[2] = {0.3, r * 0.3}, v[2] = {1, r}, tau = 7;
     double qdd, M, moved = 1, still = 0;
     oracle_tie_freedoms(o, (const oracle_tie[2]){{0, 1}, {0, r}}, 1);

@@ -7,7 +7,6 @@
 #include "gateway_process.h"
 #include "harness.h"
 #include "herald.h"
-#include "models.h"
 #include "robots.h"
 #include "test.h"
 
@@ -15,14 +14,6 @@
 #include <sys/wait.h>
 
 static harness running;
-
-bool test_robots_make(test_robot robots[TEST_ROBOTS])
-{
-    const tfa_model_options floating = {.base = TFA_BASE_FLOATING};
-    robots[0] = (test_robot){"arm", bundled_model("arm7.urdf", NULL)};
-    robots[1] = (test_robot){"walker", bundled_model("quadruped.urdf", &floating)};
-    return true;
-}
 
 void test_daemon_main(int argc, char **argv)
 {
@@ -44,7 +35,7 @@ test_daemon test_daemon_start(uint32_t domain, const test_daemon_options *option
              "  - name: walker\n    urdf: @/config/robots/quadruped.urdf\n    base: floating\n"
              "    estimate: never\n    max_batch: %d\n",
              TEST_BATCH, TEST_BATCH);
-    harness_serve(&running, robots, dds);
+    running = harness_serve(robots, dds);
     assert_true(harness_logged(&running, "ready:"));
     dds_herald(domain, "arm");
     dds_herald(domain, "walker");

@@ -8,6 +8,7 @@
 #include "harness.h"
 #include "herald.h"
 #include "models.h"
+#include "raw_dds.h"
 
 #include <pthread.h>
 #include <signal.h>
@@ -50,12 +51,10 @@ static void expect(asker *a)
     for (int i = 0; i < 2; i++) {
         const tfa_model_options options = {.gravity = gravities[i]};
         tfa_reply reply = {.qdd = a->expected[i]};
-        tfa_model *model = bundled_model("arm7.urdf", &options);
-        tfa_workspace *workspace = workspace_for(model, NULL);
+        SCOPED_MODEL *model = bundled_model("arm7.urdf", &options);
+        SCOPED_WORKSPACE *workspace = workspace_for(model, NULL);
         assert_int_equal(tfa_compute(workspace, &request, &reply), TFA_OK);
         a->tags[i] = tfa_model_tag(model);
-        tfa_workspace_free(workspace);
-        tfa_model_free(model);
     }
 }
 
@@ -95,25 +94,24 @@ static const char *with_dds(void)
     return more;
 }
 
-static void serve(harness *h)
+static harness serve(void)
 {
-    harness_serve(h, ARM, with_dds());
+    harness h = harness_serve(ARM, with_dds());
     dds_herald(test_domain(), "arm");
+    return h;
 }
 
 static void reload(const harness *h, const char *robots, unsigned times)
 {
-    harness_configure(h, robots, with_dds());
-    assert_int_equal(kill(h->pid, SIGHUP), 0);
+    harness_reload(h, robots, with_dds());
     assert_true(harness_logged_times(h, "reload: done, 1 of 1", times));
 }
 
 TEST(same_shape)
 {
     static asker a;
-    harness h;
     expect(&a);
-    serve(&h);
+    SCOPED_HARNESS h = serve();
     a.client = connect_to_arm();
     assert_int_equal(pthread_create(&a.thread, NULL, ask, &a), 0);
     for (unsigned i = 1; i <= SWAPS; i++) {
@@ -125,19 +123,16 @@ TEST(same_shape)
     if (a.error != NULL)
         fail_msg("request %u: %s", a.asked, a.error);
     tfa_dds_client_close(a.client);
-    assert_int_equal(harness_stop(&h, SIGTERM), 0);
-    harness_remove(&h);
 }
 
 /* Who connects after the exchange finds the new joints; the stream and calls fit them. */
 TEST(other_shape)
 {
-    harness h;
     double qdd[64];
     const tfa_request request = make_request();
-    serve(&h);
+    SCOPED_HARNESS h = serve();
     for (unsigned i = 1; i <= 4; i++) {
-        tfa_dds_client *old = connect_to_arm();
+        SCOPED_DDS_CLIENT *old = connect_to_arm();
         const uint32_t joints = tfa_dds_client_get_info(old)->v_count;
         tfa_reply reply = {.qdd = qdd};
         uint64_t id;
@@ -149,12 +144,8 @@ TEST(other_shape)
             const int status = tfa_dds_client_receive(old, &reply, WAIT_NS, NULL);
             assert_true(status != TFA_E_TIMEOUT && status != TFA_E_DISCONNECTED);
         }
-        tfa_dds_client *client = connect_to_arm();
+        SCOPED_DDS_CLIENT *client = connect_to_arm();
         assert_int_equal(tfa_dds_client_get_info(client)->v_count, i % 2 ? 64 : 7);
         assert_int_equal(tfa_dds_client_call(client, &request, &reply, WAIT_NS, NULL), TFA_OK);
-        tfa_dds_client_close(client);
-        tfa_dds_client_close(old);
     }
-    assert_int_equal(harness_stop(&h, SIGTERM), 0);
-    harness_remove(&h);
 }

@@ -30,6 +30,11 @@ raw_dds raw_dds_open(uint32_t domain)
     return r;
 }
 
+void raw_dds_close(const raw_dds *r)
+{
+    assert_int_equal(dds_delete(r->participant), DDS_RETCODE_OK);
+}
+
 bool raw_dds_take(dds_entity_t reader, void *out)
 {
     dds_sample_info_t info;

@@ -453,11 +453,10 @@ TEST(library_ring_and_dds_agree)
                                  "    base: floating\n    max_batch: 3\n"
                                  "  - name: gimbal\n    urdf: @" GIMBAL "\n    max_batch: 3\n";
     char dds[96];
-    harness h;
     fill_numbers();
     snprintf(dds, sizeof dds, "dds:\n  enabled: true\n  domain: %u\n  lease_ms: %d\n",
              test_domain(), TEST_LEASE_MS);
-    harness_make(&h, robots, dds);
+    SCOPED_HARNESS h = harness_make(robots, dds);
     harness_start(&h, "dog");
     dds_herald(test_domain(), "arm");
     dds_herald(test_domain(), "dog");
@@ -471,5 +470,4 @@ TEST(library_ring_and_dds_agree)
     assert_counted(&h);
     assert_int_equal(harness_stop(&h, SIGTERM), 0);
     assert_logged(&h);
-    harness_remove(&h);
 }

@@ -143,17 +143,16 @@ static tfa_snapshot *read_after(const harness *h, uint64_t requests, tfa_statist
 
 TEST(figures_of_a_daemon)
 {
-    harness h;
     double qdd[7];
     tfa_statistics *statistics;
-    harness_serve(&h, ARM, "");
-    tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
+    SCOPED_HARNESS h = harness_serve(ARM, "");
+    SCOPED_CLIENT *client = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
     for (int i = 0; i < ASKED; i++)
         assert_int_equal(ask_arm(client, i, qdd, WAIT_NS), TFA_OK);
     for (int i = 0; i < REFUSED; i++)
         assert_int_equal(ask_arm(client, NAN, qdd, WAIT_NS), TFA_E_VALUE);
     tfa_snapshot *s = read_after(&h, ASKED + REFUSED, &statistics);
-    char *text = text_of(s);
+    SCOPED_TEXT *text = text_of(s);
     check_form(text);
     assert_true(value_of(text, "totalforce_requests_total{robot=\"arm\"} ") == ASKED + REFUSED);
     assert_true(value_of(text, "totalforce_answers_total{robot=\"arm\",method=\"aba\"} ") == ASKED);
@@ -168,11 +167,8 @@ TEST(figures_of_a_daemon)
     check_histogram(text, "queue_seconds");
     check_histogram(text, "compute_seconds");
     check_histogram(text, "latency_seconds");
-    free(text);
     tfa_snapshot_free(s);
     tfa_statistics_close(statistics);
-    tfa_client_close(client);
-    harness_remove(&h);
 }
 
 /* Names with quotes and line ends, inputs, and DDS: the form stays. */
@@ -195,7 +191,7 @@ TEST(awkward_labels)
     snprintf(robot.ros2.inputs[0].name, sizeof robot.ros2.inputs[0].name, "/joint_states");
     robot.ros2.inputs[1].last = 3;
     robot.total.largest_estimate = INFINITY;
-    char *text = text_of(&s);
+    SCOPED_TEXT *text = text_of(&s);
     check_form(text);
     assert_non_null(strstr(text, "{robot=\"a\\\"b\\\\c\\nd\""));
     assert_non_null(strstr(text, "le=\"1.27e-07\"} 1\n"));
@@ -203,5 +199,4 @@ TEST(awkward_labels)
     assert_non_null(strstr(text, "le=\"+Inf\"} 3\n"));
     assert_non_null(strstr(text, "topic=\"/joint_states\"} NaN\n"));
     assert_non_null(strstr(text, "totalforce_dds_endpoints{kind=\"reply_readers\"} 0\n"));
-    free(text);
 }

@@ -103,17 +103,12 @@ static void open_socket(scene *s)
 
 static scene open_scene(void)
 {
-    char more[96];
-    const tfa_dds_client_options options = {
-        .robot = "arm", .domain = test_domain(), .connect_timeout_ms = WAIT_MS};
-    snprintf(more, sizeof more, "dds: {enabled: yes, domain: %u, lease_ms: %d}\n", options.domain,
-             TEST_LEASE_MS);
-    scene s = {.h = harness_serve(ARM, more)};
+    scene s = {.h = harness_serve(ARM, dds_yaml(test_domain(), TEST_LEASE_MS))};
     assert_true(harness_logged(&s.h, "ready:"));
-    dds_herald(options.domain, "arm");
+    dds_herald(test_domain(), "arm");
     s.shm = harness_connect(&s.h, "arm", TFA_WAIT_HYBRID);
     assert_int_equal(ask_arm(s.shm, 1, s.expected, WAIT_NS), TFA_OK);
-    assert_int_equal(tfa_dds_client_connect(&options, &s.dds), TFA_OK);
+    s.dds = dds_connect(test_domain(), "arm");
     open_socket(&s);
     find_ports(&s);
     return s;

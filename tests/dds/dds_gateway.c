@@ -7,6 +7,7 @@
 #include "dds_client/dds_client.h"
 #include "dds_test.h"
 #include "gateway_process.h"
+#include "herald.h"
 #include "models.h"
 #include "robots.h"
 #include "support/any_request.h"
@@ -37,22 +38,13 @@ static tfa_request forward_dynamics(int robot, size_t k)
     };
 }
 
-static tfa_dds_client *connect_to(const char *robot)
-{
-    const tfa_dds_client_options options = {
-        .domain = test_domain(), .robot = robot, .connect_timeout_ms = WAIT_MS};
-    tfa_dds_client *client;
-    assert_int_equal(tfa_dds_client_connect(&options, &client), TFA_OK);
-    return client;
-}
-
 /* One for each robot that most tests share: it takes a while until a client hears of the leader. */
 static tfa_dds_client *clients[TEST_ROBOTS];
 
 static tfa_dds_client *client_of(int robot)
 {
     if (clients[robot] == NULL)
-        clients[robot] = connect_to(robots[robot].name);
+        clients[robot] = dds_connect(test_domain(), robots[robot].name);
     return clients[robot];
 }
 
@@ -109,7 +101,7 @@ TEST(many_clients_get_their_own_replies)
     double here[JOINTS_MAX], there[JOINTS_MAX];
     SCOPED_WORKSPACE *workspace = workspace_for(robots[0].model, NULL);
     for (uint32_t c = 0; c < CLIENTS; c++)
-        others[c] = connect_to("arm");
+        others[c] = dds_connect(test_domain(), "arm");
     for (int round = 0; round < ROUNDS; round++) {
         for (uint32_t c = 0; c < CLIENTS; c++) {
             const tfa_request request = forward_dynamics(0, c);

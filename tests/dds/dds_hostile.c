@@ -60,7 +60,7 @@ TEST(a_stopped_client_holds_nobody_up)
     test_daemon daemon = test_daemon_start(domain, NULL);
     close(ends[1]); /* a child that fails is heard of */
     assert_int_equal(read(ends[0], &one, 1), 1);
-    tfa_dds_client *client = raw_dds_connect(domain);
+    tfa_dds_client *client = dds_connect(domain, "arm");
     for (int i = 0; i < 2000; i++) {
         tfa_reply reply = {.qdd = qdd};
         assert_int_equal(tfa_dds_client_call(client, &request, &reply, WAIT_NS, NULL), TFA_OK);
@@ -298,7 +298,7 @@ static void assert_not_believed(tfa_dds_client *client)
 TEST(forged_replies_are_dropped)
 {
     SCOPED_DAEMON daemon = test_daemon_start(test_domain(), NULL);
-    SCOPED_DDS_CLIENT *client = raw_dds_connect(test_domain());
+    SCOPED_DDS_CLIENT *client = dds_connect(test_domain(), "arm");
     forger f = {.forged = 0};
     pthread_t thread;
     assert_int_equal(pthread_create(&thread, NULL, forge, &f), 0);

@@ -160,7 +160,7 @@ static bool is_read(dds_entity_t writer)
 
 static void *connect_soon(void *client)
 {
-    *(tfa_dds_client **)client = raw_dds_connect(test_domain());
+    *(tfa_dds_client **)client = dds_connect(test_domain(), "arm");
     return NULL;
 }
 

@@ -8,14 +8,11 @@
 #include "harness.h"
 #include "herald.h"
 #include "models.h"
-#include "raw_dds.h"
 
 #include <pthread.h>
 #include <signal.h>
 #include <stdatomic.h>
 #include <string.h>
-
-#include "dds_client/dds_client.h"
 
 #define SWAPS 20
 #define SNAKE "  - name: arm\n    urdf: @/config/robots/snake64.urdf\n"
@@ -77,33 +74,16 @@ static void *ask(void *argument)
     return NULL;
 }
 
-static tfa_dds_client *connect_to_arm(void)
-{
-    const tfa_dds_client_options options = {
-        .domain = test_domain(), .robot = "arm", .connect_timeout_ms = WAIT_MS};
-    tfa_dds_client *client;
-    assert_int_equal(tfa_dds_client_connect(&options, &client), TFA_OK);
-    return client;
-}
-
-static const char *with_dds(void)
-{
-    static char more[64];
-    snprintf(more, sizeof more, "dds: {enabled: yes, domain: %u, lease_ms: %d}\n", test_domain(),
-             TEST_LEASE_MS);
-    return more;
-}
-
 static harness serve(void)
 {
-    harness h = harness_serve(ARM, with_dds());
+    harness h = harness_serve(ARM, dds_yaml(test_domain(), TEST_LEASE_MS));
     dds_herald(test_domain(), "arm");
     return h;
 }
 
 static void reload(const harness *h, const char *robots, unsigned times)
 {
-    harness_reload(h, robots, with_dds());
+    harness_reload(h, robots, dds_yaml(test_domain(), TEST_LEASE_MS));
     assert_true(harness_logged_times(h, "reload: done, 1 of 1", times));
 }
 
@@ -112,7 +92,7 @@ TEST(same_shape)
     static asker a;
     expect(&a);
     SCOPED_HARNESS h = serve();
-    a.client = connect_to_arm();
+    a.client = dds_connect(test_domain(), "arm");
     assert_int_equal(pthread_create(&a.thread, NULL, ask, &a), 0);
     for (unsigned i = 1; i <= SWAPS; i++) {
         reload(&h, yaml[i % 2], i);
@@ -132,7 +112,7 @@ TEST(other_shape)
     const tfa_request request = make_request();
     SCOPED_HARNESS h = serve();
     for (unsigned i = 1; i <= 4; i++) {
-        SCOPED_DDS_CLIENT *old = connect_to_arm();
+        SCOPED_DDS_CLIENT *old = dds_connect(test_domain(), "arm");
         const uint32_t joints = tfa_dds_client_get_info(old)->v_count;
         tfa_reply reply = {.qdd = qdd};
         uint64_t id;
@@ -144,7 +124,7 @@ TEST(other_shape)
             const int status = tfa_dds_client_receive(old, &reply, WAIT_NS, NULL);
             assert_true(status != TFA_E_TIMEOUT && status != TFA_E_DISCONNECTED);
         }
-        SCOPED_DDS_CLIENT *client = connect_to_arm();
+        SCOPED_DDS_CLIENT *client = dds_connect(test_domain(), "arm");
         assert_int_equal(tfa_dds_client_get_info(client)->v_count, i % 2 ? 64 : 7);
         assert_int_equal(tfa_dds_client_call(client, &request, &reply, WAIT_NS, NULL), TFA_OK);
     }

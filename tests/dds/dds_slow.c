@@ -22,7 +22,7 @@ TEST(slow_answers_come_in_order)
     enum { SLOTS = 8, SENT = 12 };
     const test_daemon_options slow = {.delay_us = LONG_US, .slots = SLOTS};
     SCOPED_DAEMON daemon = test_daemon_start(test_domain(), &slow);
-    SCOPED_DDS_CLIENT *client = raw_dds_connect(test_domain());
+    SCOPED_DDS_CLIENT *client = dds_connect(test_domain(), "arm");
     const tfa_request request = request_fd(raw_dds_zeros, NULL, NULL);
     uint64_t ids[SENT];
     double qdd[JOINTS];
@@ -71,7 +71,7 @@ TEST(streams_stay_in_order)
     enum { KINDS = 1024 }; /* of requests: many times the rows of the cost model */
     const test_daemon_options slow = {.delay_us = 100};
     SCOPED_DAEMON daemon = test_daemon_start(test_domain(), &slow);
-    SCOPED_DDS_CLIENT *client = raw_dds_connect(test_domain());
+    SCOPED_DDS_CLIENT *client = dds_connect(test_domain(), "arm");
     double qdd[JOINTS];
     tfa_dds_torques torques = {.seq = 1, .q = raw_dds_zeros};
     tfa_dds_accelerations got = {.qdd = qdd};
@@ -107,7 +107,7 @@ TEST(bursts_are_not_lost)
     static double answer[TEST_BATCH * JOINTS * JOINTS];
     const test_daemon_options roomy = {.slots = 64};
     test_daemon daemon = test_daemon_start(test_domain(), &roomy);
-    SCOPED_DDS_CLIENT *client = raw_dds_connect(test_domain());
+    SCOPED_DDS_CLIENT *client = dds_connect(test_domain(), "arm");
     const tfa_request request = {.op = TFA_OP_MASS_MATRIX,
                                  .refine = TFA_REFINE_DEFAULT,
                                  .count = TEST_BATCH,
@@ -130,7 +130,7 @@ TEST(late_replies_are_dropped)
 {
     const test_daemon_options slow = {.delay_us = LONG_US};
     SCOPED_DAEMON daemon = test_daemon_start(test_domain(), &slow);
-    SCOPED_DDS_CLIENT *client = raw_dds_connect(test_domain());
+    SCOPED_DDS_CLIENT *client = dds_connect(test_domain(), "arm");
     double q[JOINTS] = {0}, first[JOINTS], second[JOINTS];
     const tfa_request request = request_fd(q, NULL, NULL);
     tfa_reply reply = {.qdd = first};

@@ -104,12 +104,3 @@ totalforce_dds_Request raw_dds_request(void)
     assert_true(tfa_dds_set_robot(request.robot, "arm"));
     return request;
 }
-
-tfa_dds_client *raw_dds_connect(uint32_t domain)
-{
-    const tfa_dds_client_options options = {
-        .domain = domain, .robot = "arm", .connect_timeout_ms = WAIT_MS};
-    tfa_dds_client *client;
-    assert_int_equal(tfa_dds_client_connect(&options, &client), TFA_OK);
-    return client;
-}

@@ -9,7 +9,7 @@
 #include <dds/dds.h>
 
 #include "dds/topics/dds_convert.h"
-#include "dds_client/dds_client.h"
+#include "herald.h"
 #include "support/scoped.h"
 
 #define RAW_DDS_JOINTS 7     /* of robot "arm" */
@@ -36,9 +36,5 @@ totalforce_dds_Reply *raw_dds_ask(const raw_dds *r, totalforce_dds_Request *requ
 void raw_dds_await(const raw_dds *r, const char *robot, int status);
 /** Forward dynamics of the arm at rest. */
 totalforce_dds_Request raw_dds_request(void);
-/** A client of the library, connected to the arm. */
-tfa_dds_client *raw_dds_connect(uint32_t domain);
-SCOPED_POINTER(scoped_dds_client_close, tfa_dds_client, tfa_dds_client_close)
-#define SCOPED_DDS_CLIENT SCOPED(scoped_dds_client_close) tfa_dds_client
 
 #endif

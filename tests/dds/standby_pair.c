@@ -159,19 +159,16 @@ unsigned pair_leaderships(void)
 
 void pair_start(int lease_ms)
 {
-    const tfa_dds_client_options options = {
-        .domain = test_domain(), .robot = "arm", .connect_timeout_ms = WAIT_MS};
-    char more[128];
+    const uint32_t domain = test_domain();
+    const char *more = dds_yaml(domain, lease_ms);
     expect_answer();
-    snprintf(more, sizeof more, "dds:\n  enabled: true\n  domain: %u\n  lease_ms: %d\n",
-             options.domain, lease_ms);
     pair.nodes[0] = harness_serve(ARM, more);
-    dds_herald(options.domain, "arm");
+    dds_herald(domain, "arm");
     pair.nodes[1] = harness_serve(ARM, more);
     pair_settle();
-    assert_int_equal(tfa_dds_client_connect(&options, &self.client), TFA_OK);
+    self.client = dds_connect(domain, "arm");
     assert_int_equal(pthread_create(&self.thread, NULL, call_on_and_on, NULL), 0);
-    wire_observer_start(options.domain, "arm");
+    wire_observer_start(domain, "arm");
     pair_await_answers(100);
 }
 

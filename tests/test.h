@@ -20,6 +20,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "support/scoped.h"
+
 void test_register(const char *name, CMUnitTestFunction run, int line);
 /** What a main of a file's own returns. @return how many tests failed */
 int test_run(CMFixtureFunction setup, CMFixtureFunction teardown);

@@ -91,18 +91,14 @@ static void compare(harness *h, tfa_client *polite, const attack *a)
 
 TEST(beside_attacks)
 {
-    harness h;
-    harness_serve(&h, ARM,
-                  "limits: {clients: 100, clients_per_user: 100, memory_mib: 2048, "
-                  "memory_mib_per_user: 2048}\nlog: error\n");
-    tfa_client *polite = harness_connect(&h, "arm", TFA_WAIT_HYBRID);
+    SCOPED_HARNESS h =
+        harness_serve(ARM, "limits: {clients: 100, clients_per_user: 100, memory_mib: 2048, "
+                           "memory_mib_per_user: 2048}\nlog: error\n");
+    SCOPED_CLIENT *polite = harness_connect(&h, "arm", TFA_WAIT_HYBRID);
     print_message("us, p50 and p99               sessions |      queue alone |    queue beside ||"
                   "  round trip alone |  round trip beside\n");
     for (size_t i = 0; i < attack_count; i++)
         compare(&h, polite, &attacks[i]);
-    tfa_client_close(polite);
-    assert_int_equal(harness_stop(&h, SIGTERM), 0);
-    harness_remove(&h);
 }
 
 int main(int argc, char **argv)

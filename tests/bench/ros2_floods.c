@@ -66,15 +66,15 @@ static void measure_flood(tfa_client *client, const flood *how, const latency *q
 
 static void measure_all(const char *more, int priority)
 {
-    harness_serve(&running,
-                  arm_yaml("  - name: other\n    urdf: @/config/robots/arm7.urdf\n    ros2: "
-                           "{enabled: yes, namespace: /other, robot_description: "
-                           "robot_description}\n"),
-                  arm_settings(more));
+    running =
+        harness_serve(arm_yaml("  - name: other\n    urdf: @/config/robots/arm7.urdf\n    ros2: "
+                               "{enabled: yes, namespace: /other, robot_description: "
+                               "robot_description}\n"),
+                      arm_settings(more));
     arm_node_open(&node);
     (void)ros2_peer_reader(node.participant, &sensor_msgs_msg_dds__JointState__desc, "rt/elsewhere",
                            PEER_SENSOR);
-    tfa_client *client = harness_connect(&running, "arm", TFA_WAIT_BLOCK);
+    SCOPED_CLIENT *client = harness_connect(&running, "arm", TFA_WAIT_BLOCK);
     (void)set_priority(priority);
     const latency quiet = measure(client);
     printf("quiet: median %.1f us, p99 %.1f us\n", quiet.median_us, quiet.p99_us);
@@ -82,9 +82,7 @@ static void measure_all(const char *more, int priority)
         measure_flood(client, &floods[k], &quiet);
     (void)set_priority(0);
     printf("%u lines in the log\n", harness_log_lines(&running, ""));
-    tfa_client_close(client);
     arm_node_close(&node);
-    assert_int_equal(harness_stop(&running, SIGTERM), 0);
     harness_remove(&running);
 }
 

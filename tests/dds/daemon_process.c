@@ -7,7 +7,6 @@
 #include "gateway_process.h"
 #include "harness.h"
 #include "herald.h"
-#include "models.h"
 #include "robots.h"
 #include "test.h"
 
@@ -15,14 +14,6 @@
 #include <sys/wait.h>
 
 static harness running;
-
-bool test_robots_make(test_robot robots[TEST_ROBOTS])
-{
-    const tfa_model_options floating = {.base = TFA_BASE_FLOATING};
-    robots[0] = (test_robot){"arm", bundled_model("arm7.urdf", NULL)};
-    robots[1] = (test_robot){"walker", bundled_model("quadruped.urdf", &floating)};
-    return true;
-}
 
 void test_daemon_main(int argc, char **argv)
 {
@@ -33,10 +24,8 @@ void test_daemon_main(int argc, char **argv)
 /* Robots that DDS must not know stand before and between those that it serves. */
 test_daemon test_daemon_start(uint32_t domain, const test_daemon_options *options)
 {
-    char robots[1024], dds[96];
+    char robots[1024];
     (void)options;
-    snprintf(dds, sizeof dds, "dds:\n  enabled: true\n  domain: %u\n  lease_ms: %d\n", domain,
-             TEST_LEASE_MS);
     snprintf(robots, sizeof robots,
              "  - name: hidden\n    urdf: @/config/robots/quadruped.urdf\n    dds: false\n" ARM
              "    estimate: never\n    max_batch: %d\n"
@@ -44,7 +33,7 @@ test_daemon test_daemon_start(uint32_t domain, const test_daemon_options *option
              "  - name: walker\n    urdf: @/config/robots/quadruped.urdf\n    base: floating\n"
              "    estimate: never\n    max_batch: %d\n",
              TEST_BATCH, TEST_BATCH);
-    harness_serve(&running, robots, dds);
+    running = harness_serve(robots, dds_yaml(domain, TEST_LEASE_MS));
     assert_true(harness_logged(&running, "ready:"));
     dds_herald(domain, "arm");
     dds_herald(domain, "walker");

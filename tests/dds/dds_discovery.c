@@ -101,22 +101,17 @@ static void open_socket(scene *s)
     s->port = ntohs(here.sin_port);
 }
 
-static void open_scene(scene *s)
+static scene open_scene(void)
 {
-    char more[96];
-    tfa_dds_client_options options = {.robot = "arm", .connect_timeout_ms = WAIT_MS};
-    memset(s, 0, sizeof *s);
-    options.domain = test_domain();
-    snprintf(more, sizeof more, "dds: {enabled: yes, domain: %u, lease_ms: %d}\n", options.domain,
-             TEST_LEASE_MS);
-    harness_serve(&s->h, ARM, more);
-    assert_true(harness_logged(&s->h, "ready:"));
-    dds_herald(options.domain, "arm");
-    s->shm = harness_connect(&s->h, "arm", TFA_WAIT_HYBRID);
-    assert_int_equal(ask_arm(s->shm, 1, s->expected, WAIT_NS), TFA_OK);
-    assert_int_equal(tfa_dds_client_connect(&options, &s->dds), TFA_OK);
-    open_socket(s);
-    find_ports(s);
+    scene s = {.h = harness_serve(ARM, dds_yaml(test_domain(), TEST_LEASE_MS))};
+    assert_true(harness_logged(&s.h, "ready:"));
+    dds_herald(test_domain(), "arm");
+    s.shm = harness_connect(&s.h, "arm", TFA_WAIT_HYBRID);
+    assert_int_equal(ask_arm(s.shm, 1, s.expected, WAIT_NS), TFA_OK);
+    s.dds = dds_connect(test_domain(), "arm");
+    open_socket(&s);
+    find_ports(&s);
+    return s;
 }
 
 static void assert_right(const scene *s)
@@ -142,6 +137,7 @@ static void close_scene(scene *s)
     assert_int_equal(harness_stop(&s->h, SIGTERM), 0);
     harness_remove(&s->h);
 }
+#define SCOPED_SCENE SCOPED(close_scene) scene
 
 static void send_packet(scene *s, const rtps_packet *p, int index)
 {
@@ -278,8 +274,7 @@ static rtps_packet spoilt_packet(const rtps_participant *participant)
 
 TEST(packets_without_sense)
 {
-    scene s;
-    open_scene(&s);
+    SCOPED_SCENE s = open_scene();
     const long before = harness_resident_kib(&s.h);
     for (int i = 0; i < 2 * packets; i++) {
         const rtps_participant p = {.number = below(16), .lease_s = 100, .port = s.port};
@@ -293,7 +288,6 @@ TEST(packets_without_sense)
     }
     assert_true(s.answers > 0); /* some of them were believed */
     assert_bounded(&s, "packets without sense", before);
-    close_scene(&s);
 }
 
 /* ---- participants and endpoints that exist in packets only ---- */
@@ -329,9 +323,8 @@ TEST(invented_participants)
 {
     enum { WAVES = 3 };
     const int count = packets / 8;
-    scene s;
     long after[WAVES];
-    open_scene(&s);
+    SCOPED_SCENE s = open_scene();
     const long before = harness_resident_kib(&s.h);
     for (uint32_t wave = 0; wave < WAVES; wave++) {
         invent_participants(&s, wave, count);
@@ -345,7 +338,6 @@ TEST(invented_participants)
 #ifndef SANITIZED
     assert_true(after[WAVES - 1] - after[0] < REPEAT_KIB);
 #endif
-    close_scene(&s);
 }
 
 /* ---- samples that are none ---- */
@@ -366,9 +358,8 @@ static void announce_writer(scene *s, const rtps_participant *p)
  * there were more. */
 TEST(malformed_samples_do_not_flood_the_log)
 {
-    scene s;
     uint8_t sample[32];
-    open_scene(&s);
+    scene s = open_scene();
     const rtps_participant p = {.number = 7, .lease_s = 100, .port = s.port};
     announce_writer(&s, &p);
     const long before = harness_resident_kib(&s.h);
@@ -435,9 +426,8 @@ static dds_entity_t create_endpoints(uint32_t count)
 TEST(a_thousand_endpoints)
 {
     enum { ROUNDS = 3, COUNT = 1000 };
-    scene s;
     long after[ROUNDS];
-    open_scene(&s);
+    SCOPED_SCENE s = open_scene();
     const long before = harness_resident_kib(&s.h);
     for (int round = 0; round < ROUNDS; round++) {
         const dds_entity_t p = create_endpoints(COUNT);
@@ -454,7 +444,6 @@ TEST(a_thousand_endpoints)
 #ifndef SANITIZED
     assert_true(after[ROUNDS - 1] - after[0] < REPEAT_KIB);
 #endif
-    close_scene(&s);
 }
 
 /* ---- the namespace ---- */

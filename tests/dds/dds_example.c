@@ -37,7 +37,7 @@ static int stream(int samples)
 /* A sample takes a millisecond: on a busy machine discovery may outlast a few of them. */
 TEST(the_example_streams)
 {
-    test_daemon daemon = test_daemon_start(test_domain(), NULL);
+    SCOPED_DAEMON daemon = test_daemon_start(test_domain(), NULL);
     int samples = 1000;
     char uri[512];
     /* The example takes the default domain; a configuration says which that is. */
@@ -48,7 +48,6 @@ TEST(the_example_streams)
         samples *= 2;
         assert_true(samples < WAIT_MS);
     }
-    test_daemon_stop(&daemon);
 }
 
 int main(int argc, char **argv)

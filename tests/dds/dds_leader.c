@@ -9,6 +9,7 @@
 #include "herald.h"
 #include "raw_dds.h"
 #include "robots.h"
+#include "test.h"
 
 #include <pthread.h>
 #include <string.h>
@@ -80,12 +81,11 @@ static bool go_without_a_word(other_daemon *o)
 
 /* A daemon that led on the other side of a partition is heard again, and so is what it said of the
  * robot: the leader has the last word. */
-static void the_leader_describes_the_robot_again(void **state)
+TEST(the_leader_describes_the_robot_again)
 {
-    test_daemon daemon = test_daemon_start(test_domain(), NULL);
-    const raw_dds r = raw_dds_open(test_domain());
+    SCOPED_DAEMON daemon = test_daemon_start(test_domain(), NULL);
+    const SCOPED_RAW_DDS r = raw_dds_open(test_domain());
     other_daemon o = make_other_daemon(&r);
-    (void)state;
     raw_dds_await(&r, "arm", TFA_OK);
     assert_true(WAIT_FOR(is_described(o.reader, JOINTS)));
     come(&o);
@@ -94,8 +94,6 @@ static void the_leader_describes_the_robot_again(void **state)
     describe_wrong(&o);
     assert_int_equal(dds_dispose(o.leader, &o.said), DDS_RETCODE_OK);
     assert_true(WAIT_FOR(is_described(o.reader, JOINTS)));
-    assert_int_equal(dds_delete(r.participant), DDS_RETCODE_OK);
-    test_daemon_stop(&daemon);
 }
 
 /* The daemon's advertisement of the arm is disposed. */
@@ -119,14 +117,13 @@ static bool is_matched(dds_entity_t reader)
 
 /* A leader that lost its place at the worker in a reload lets another daemon lead, and is back
  * after the next. */
-static void a_leader_that_cannot_answer_resigns(void **state)
+TEST(a_leader_that_cannot_answer_resigns)
 {
-    test_daemon daemon = test_daemon_start(test_domain(), NULL);
-    const raw_dds r = raw_dds_open(test_domain());
+    SCOPED_DAEMON daemon = test_daemon_start(test_domain(), NULL);
+    const SCOPED_RAW_DDS r = raw_dds_open(test_domain());
     const dds_entity_t leaders = tfa_dds_create_topic(r.participant, TFA_DDS_LEADER);
     const dds_entity_t reader = tfa_dds_create_reader(r.participant, leaders, TFA_DDS_LEADER, NULL);
     totalforce_dds_Request s = raw_dds_request();
-    (void)state;
     raw_dds_await(&r, "arm", TFA_OK);
     assert_true(WAIT_FOR(is_matched(reader))); /* best effort */
     assert_int_not_equal(test_daemon_reload(&daemon), TFA_OK);
@@ -136,26 +133,21 @@ static void a_leader_that_cannot_answer_resigns(void **state)
     dds_herald(test_domain(), "arm");
     raw_dds_await(&r, "arm", TFA_OK);
     assert_int_equal(raw_dds_ask(&r, &s)->status, TFA_OK);
-    assert_int_equal(dds_delete(r.participant), DDS_RETCODE_OK);
-    test_daemon_stop(&daemon);
 }
 
 /* A daemon that was restarted is believed by those who drop older epochs. */
-static void epochs_grow_over_restarts(void **state)
+TEST(epochs_grow_over_restarts)
 {
-    const raw_dds r = raw_dds_open(test_domain());
+    const SCOPED_RAW_DDS r = raw_dds_open(test_domain());
     totalforce_dds_Request s = raw_dds_request();
     uint64_t last = 0;
-    (void)state;
     for (int i = 0; i < 3; i++) {
-        test_daemon daemon = test_daemon_start(test_domain(), NULL);
+        SCOPED_DAEMON daemon = test_daemon_start(test_domain(), NULL);
         raw_dds_await(&r, "arm", TFA_OK);
         const uint64_t epoch = raw_dds_ask(&r, &s)->epoch;
         assert_true(epoch > last);
         last = epoch;
-        test_daemon_stop(&daemon);
     }
-    assert_int_equal(dds_delete(r.participant), DDS_RETCODE_OK);
 }
 
 /* A reader has it. */
@@ -168,12 +160,12 @@ static bool is_read(dds_entity_t writer)
 
 static void *connect_soon(void *client)
 {
-    *(tfa_dds_client **)client = raw_dds_connect(test_domain());
+    *(tfa_dds_client **)client = dds_connect(test_domain(), "arm");
     return NULL;
 }
 
 /* Another daemon announces its robots before ours does: ours is waited for. */
-static void a_daemon_that_starts_is_waited_for(void **state)
+TEST(a_daemon_that_starts_is_waited_for)
 {
     const dds_entity_t p = dds_create_participant(test_domain(), NULL, NULL);
     const dds_entity_t topic = tfa_dds_create_topic(p, TFA_DDS_ROBOT_INFO);
@@ -181,27 +173,19 @@ static void a_daemon_that_starts_is_waited_for(void **state)
     totalforce_dds_RobotInfo info = {.q_count = 1};
     tfa_dds_client *client = NULL;
     pthread_t thread;
-    (void)state;
     assert_true(tfa_dds_set_robot(info.robot, "another"));
     assert_int_equal(dds_write(writer, &info), DDS_RETCODE_OK);
     assert_int_equal(pthread_create(&thread, NULL, connect_soon, &client), 0);
     assert_true(WAIT_FOR(is_read(writer)));
-    test_daemon daemon = test_daemon_start(test_domain(), NULL);
+    SCOPED_DAEMON daemon = test_daemon_start(test_domain(), NULL);
     assert_int_equal(pthread_join(thread, NULL), 0);
     assert_non_null(client);
     tfa_dds_client_close(client);
     assert_int_equal(dds_delete(p), DDS_RETCODE_OK);
-    test_daemon_stop(&daemon);
 }
 
 int main(int argc, char **argv)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_leader_describes_the_robot_again),
-        cmocka_unit_test(a_leader_that_cannot_answer_resigns),
-        cmocka_unit_test(epochs_grow_over_restarts),
-        cmocka_unit_test(a_daemon_that_starts_is_waited_for),
-    };
     test_daemon_main(argc, argv);
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return test_run(NULL, NULL);
 }

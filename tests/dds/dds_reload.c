@@ -14,8 +14,6 @@
 #include <stdatomic.h>
 #include <string.h>
 
-#include "dds_client/dds_client.h"
-
 #define SWAPS 20
 #define SNAKE "  - name: arm\n    urdf: @/config/robots/snake64.urdf\n"
 
@@ -50,12 +48,10 @@ static void expect(asker *a)
     for (int i = 0; i < 2; i++) {
         const tfa_model_options options = {.gravity = gravities[i]};
         tfa_reply reply = {.qdd = a->expected[i]};
-        tfa_model *model = bundled_model("arm7.urdf", &options);
-        tfa_workspace *workspace = workspace_for(model, NULL);
+        SCOPED_MODEL *model = bundled_model("arm7.urdf", &options);
+        SCOPED_WORKSPACE *workspace = workspace_for(model, NULL);
         assert_int_equal(tfa_compute(workspace, &request, &reply), TFA_OK);
         a->tags[i] = tfa_model_tag(model);
-        tfa_workspace_free(workspace);
-        tfa_model_free(model);
     }
 }
 
@@ -78,43 +74,25 @@ static void *ask(void *argument)
     return NULL;
 }
 
-static tfa_dds_client *connect_to_arm(void)
+static harness serve(void)
 {
-    const tfa_dds_client_options options = {
-        .domain = test_domain(), .robot = "arm", .connect_timeout_ms = WAIT_MS};
-    tfa_dds_client *client;
-    assert_int_equal(tfa_dds_client_connect(&options, &client), TFA_OK);
-    return client;
-}
-
-static const char *with_dds(void)
-{
-    static char more[64];
-    snprintf(more, sizeof more, "dds: {enabled: yes, domain: %u, lease_ms: %d}\n", test_domain(),
-             TEST_LEASE_MS);
-    return more;
-}
-
-static void serve(harness *h)
-{
-    harness_serve(h, ARM, with_dds());
+    harness h = harness_serve(ARM, dds_yaml(test_domain(), TEST_LEASE_MS));
     dds_herald(test_domain(), "arm");
+    return h;
 }
 
 static void reload(const harness *h, const char *robots, unsigned times)
 {
-    harness_configure(h, robots, with_dds());
-    assert_int_equal(kill(h->pid, SIGHUP), 0);
+    harness_reload(h, robots, dds_yaml(test_domain(), TEST_LEASE_MS));
     assert_true(harness_logged_times(h, "reload: done, 1 of 1", times));
 }
 
 TEST(same_shape)
 {
     static asker a;
-    harness h;
     expect(&a);
-    serve(&h);
-    a.client = connect_to_arm();
+    SCOPED_HARNESS h = serve();
+    a.client = dds_connect(test_domain(), "arm");
     assert_int_equal(pthread_create(&a.thread, NULL, ask, &a), 0);
     for (unsigned i = 1; i <= SWAPS; i++) {
         reload(&h, yaml[i % 2], i);
@@ -125,19 +103,16 @@ TEST(same_shape)
     if (a.error != NULL)
         fail_msg("request %u: %s", a.asked, a.error);
     tfa_dds_client_close(a.client);
-    assert_int_equal(harness_stop(&h, SIGTERM), 0);
-    harness_remove(&h);
 }
 
 /* Who connects after the exchange finds the new joints; the stream and calls fit them. */
 TEST(other_shape)
 {
-    harness h;
     double qdd[64];
     const tfa_request request = make_request();
-    serve(&h);
+    SCOPED_HARNESS h = serve();
     for (unsigned i = 1; i <= 4; i++) {
-        tfa_dds_client *old = connect_to_arm();
+        SCOPED_DDS_CLIENT *old = dds_connect(test_domain(), "arm");
         const uint32_t joints = tfa_dds_client_get_info(old)->v_count;
         tfa_reply reply = {.qdd = qdd};
         uint64_t id;
@@ -149,12 +124,8 @@ TEST(other_shape)
             const int status = tfa_dds_client_receive(old, &reply, WAIT_NS, NULL);
             assert_true(status != TFA_E_TIMEOUT && status != TFA_E_DISCONNECTED);
         }
-        tfa_dds_client *client = connect_to_arm();
+        SCOPED_DDS_CLIENT *client = dds_connect(test_domain(), "arm");
         assert_int_equal(tfa_dds_client_get_info(client)->v_count, i % 2 ? 64 : 7);
         assert_int_equal(tfa_dds_client_call(client, &request, &reply, WAIT_NS, NULL), TFA_OK);
-        tfa_dds_client_close(client);
-        tfa_dds_client_close(old);
     }
-    assert_int_equal(harness_stop(&h, SIGTERM), 0);
-    harness_remove(&h);
 }

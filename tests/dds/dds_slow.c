@@ -6,8 +6,10 @@
 #include "dds/topics/dds_topics.h"
 #include "dds_test.h"
 #include "gateway_process.h"
+#include "models.h"
 #include "raw_dds.h"
 #include "robots.h"
+#include "test.h"
 
 #define JOINTS RAW_DDS_JOINTS
 
@@ -15,19 +17,15 @@
 
 /* Requests that take long are answered by the worker, in order; more of them than slots are refused
  * at once, and their refusals overtake. */
-static void slow_answers_come_in_order(void **state)
+TEST(slow_answers_come_in_order)
 {
     enum { SLOTS = 8, SENT = 12 };
     const test_daemon_options slow = {.delay_us = LONG_US, .slots = SLOTS};
-    test_daemon daemon = test_daemon_start(test_domain(), &slow);
-    tfa_dds_client *client = raw_dds_connect(test_domain());
-    const tfa_request request = {.op = TFA_OP_FORWARD_DYNAMICS,
-                                 .refine = TFA_REFINE_DEFAULT,
-                                 .count = 1,
-                                 .q = raw_dds_zeros};
+    SCOPED_DAEMON daemon = test_daemon_start(test_domain(), &slow);
+    SCOPED_DDS_CLIENT *client = dds_connect(test_domain(), "arm");
+    const tfa_request request = request_fd(raw_dds_zeros, NULL, NULL);
     uint64_t ids[SENT];
     double qdd[JOINTS];
-    (void)state;
     tfa_reply first = {.qdd = qdd}; /* answered in the receiving thread, which learns its cost */
     assert_int_equal(tfa_dds_client_call(client, &request, &first, WAIT_NS, NULL), TFA_OK);
     const unsigned long refused = test_daemon_hold(&daemon, true) + SENT - SLOTS;
@@ -42,20 +40,17 @@ static void slow_answers_come_in_order(void **state)
         assert_int_equal(status, i < SLOTS ? TFA_OK : TFA_E_AGAIN);
         assert_int_equal(times.id, ids[i]);
     }
-    tfa_dds_client_close(client);
-    test_daemon_stop(&daemon);
 }
 
 /* A client asks for one kind of long request after the other, each for the first time: nobody's
  * requests wait for them in the receiving thread. */
-static void long_kinds_go_to_the_worker(void **state)
+TEST(long_kinds_go_to_the_worker)
 {
     enum { KINDS = 300, TIPS = TFA_DEFAULT_TIPS };
     test_daemon daemon = test_daemon_start(test_domain(), NULL);
     const raw_dds r = raw_dds_open(test_domain());
     uint32_t tips[TIPS] = {0, 1, 2, 3, 4, 5, 6, 7};
     totalforce_dds_Request s = raw_dds_request();
-    (void)state;
     raw_dds_await(&r, "arm", TFA_OK);
     s.op = TFA_OP_OPERATIONAL_INERTIA;
     s.tips = (dds_sequence_unsigned_long){TIPS, TIPS, tips, false};
@@ -71,16 +66,15 @@ static void long_kinds_go_to_the_worker(void **state)
 
 /* The daemon forgets that a stream is long, as it does when its samples turn out to be short, while
  * one of them is at the worker: the next does not overtake. */
-static void streams_stay_in_order(void **state)
+TEST(streams_stay_in_order)
 {
     enum { KINDS = 1024 }; /* of requests: many times the rows of the cost model */
     const test_daemon_options slow = {.delay_us = 100};
-    test_daemon daemon = test_daemon_start(test_domain(), &slow);
-    tfa_dds_client *client = raw_dds_connect(test_domain());
+    SCOPED_DAEMON daemon = test_daemon_start(test_domain(), &slow);
+    SCOPED_DDS_CLIENT *client = dds_connect(test_domain(), "arm");
     double qdd[JOINTS];
     tfa_dds_torques torques = {.seq = 1, .q = raw_dds_zeros};
     tfa_dds_accelerations got = {.qdd = qdd};
-    (void)state;
     assert_int_equal(tfa_dds_stream_open(client, WAIT_MS), TFA_OK);
     assert_int_equal(tfa_dds_stream_publish(client, &torques), TFA_OK);
     assert_int_equal(tfa_dds_stream_take(client, &got, WAIT_NS), TFA_OK);
@@ -105,23 +99,20 @@ static void streams_stay_in_order(void **state)
         assert_int_equal(tfa_dds_stream_take(client, &got, WAIT_NS), TFA_OK);
         assert_int_equal(got.seq, seq);
     }
-    tfa_dds_client_close(client);
-    test_daemon_stop(&daemon);
 }
 
 /* Bursts of large replies, 3 kB each: as many as a client may have under way, none is lost. */
-static void bursts_are_not_lost(void **state)
+TEST(bursts_are_not_lost)
 {
     static double answer[TEST_BATCH * JOINTS * JOINTS];
     const test_daemon_options roomy = {.slots = 64};
     test_daemon daemon = test_daemon_start(test_domain(), &roomy);
-    tfa_dds_client *client = raw_dds_connect(test_domain());
+    SCOPED_DDS_CLIENT *client = dds_connect(test_domain(), "arm");
     const tfa_request request = {.op = TFA_OP_MASS_MATRIX,
                                  .refine = TFA_REFINE_DEFAULT,
                                  .count = TEST_BATCH,
                                  .q = raw_dds_zeros};
     uint64_t id;
-    (void)state;
     for (int round = 0; round < 20; round++) {
         for (int i = 0; i < 64; i++)
             assert_int_equal(tfa_dds_client_send(client, &request, &id), TFA_OK);
@@ -131,21 +122,18 @@ static void bursts_are_not_lost(void **state)
             assert_int_equal(tfa_dds_client_receive(client, &reply, WAIT_NS, NULL), TFA_OK);
         }
     }
-    tfa_dds_client_close(client);
     assert_int_equal(test_daemon_stop(&daemon), 0);
 }
 
 /* A call that times out is forgotten; its late reply is not taken for the next one's. */
-static void late_replies_are_dropped(void **state)
+TEST(late_replies_are_dropped)
 {
     const test_daemon_options slow = {.delay_us = LONG_US};
-    test_daemon daemon = test_daemon_start(test_domain(), &slow);
-    tfa_dds_client *client = raw_dds_connect(test_domain());
+    SCOPED_DAEMON daemon = test_daemon_start(test_domain(), &slow);
+    SCOPED_DDS_CLIENT *client = dds_connect(test_domain(), "arm");
     double q[JOINTS] = {0}, first[JOINTS], second[JOINTS];
-    const tfa_request request = {
-        .op = TFA_OP_FORWARD_DYNAMICS, .refine = TFA_REFINE_DEFAULT, .count = 1, .q = q};
+    const tfa_request request = request_fd(q, NULL, NULL);
     tfa_reply reply = {.qdd = first};
-    (void)state;
     assert_int_equal(tfa_dds_client_call(client, &request, &reply, WAIT_NS, NULL), TFA_OK);
     q[1] = 1;
     test_daemon_hold(&daemon, true);
@@ -155,17 +143,10 @@ static void late_replies_are_dropped(void **state)
     reply.qdd = second;
     assert_int_equal(tfa_dds_client_call(client, &request, &reply, WAIT_NS, NULL), TFA_OK);
     assert_memory_equal(first, second, sizeof first);
-    tfa_dds_client_close(client);
-    test_daemon_stop(&daemon);
 }
 
 int main(int argc, char **argv)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(slow_answers_come_in_order), cmocka_unit_test(long_kinds_go_to_the_worker),
-        cmocka_unit_test(streams_stay_in_order),      cmocka_unit_test(bursts_are_not_lost),
-        cmocka_unit_test(late_replies_are_dropped),
-    };
     test_daemon_main(argc, argv);
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return test_run(NULL, NULL);
 }

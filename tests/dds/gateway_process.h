@@ -6,6 +6,8 @@
 #ifndef TFA_TESTS_DDS_GATEWAY_PROCESS_H
 #define TFA_TESTS_DDS_GATEWAY_PROCESS_H
 
+#include "support/scoped.h"
+
 #include <stdbool.h>
 #include <stdint.h>
 #include <sys/types.h>
@@ -39,5 +41,6 @@ unsigned long test_daemon_hold(const test_daemon *daemon, bool hold);
 
 /* Ends it by SIGTERM; it must end well. @return the answers that DDS would not take */
 unsigned long test_daemon_stop(test_daemon *daemon);
+#define SCOPED_DAEMON SCOPED(test_daemon_stop) test_daemon
 
 #endif

@@ -49,3 +49,20 @@ void dds_herald(uint32_t domain, const char *robot)
                           sleep_ms(20), has_role(reader, &said, totalforce_dds_LEADER_LEADING))));
     assert_int_equal(dds_delete(p), DDS_RETCODE_OK);
 }
+
+const char *dds_yaml(uint32_t domain, int lease_ms)
+{
+    static char text[80];
+    snprintf(text, sizeof text, "dds: {enabled: yes, domain: %u, lease_ms: %d}\n", domain,
+             lease_ms);
+    return text;
+}
+
+tfa_dds_client *dds_connect(uint32_t domain, const char *robot)
+{
+    const tfa_dds_client_options options = {
+        .domain = domain, .robot = robot, .connect_timeout_ms = WAIT_MS};
+    tfa_dds_client *client;
+    assert_int_equal(tfa_dds_client_connect(&options, &client), TFA_OK);
+    return client;
+}

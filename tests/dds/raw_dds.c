@@ -30,6 +30,11 @@ raw_dds raw_dds_open(uint32_t domain)
     return r;
 }
 
+void raw_dds_close(const raw_dds *r)
+{
+    assert_int_equal(dds_delete(r->participant), DDS_RETCODE_OK);
+}
+
 bool raw_dds_take(dds_entity_t reader, void *out)
 {
     dds_sample_info_t info;
@@ -98,13 +103,4 @@ totalforce_dds_Request raw_dds_request(void)
     };
     assert_true(tfa_dds_set_robot(request.robot, "arm"));
     return request;
-}
-
-tfa_dds_client *raw_dds_connect(uint32_t domain)
-{
-    const tfa_dds_client_options options = {
-        .domain = domain, .robot = "arm", .connect_timeout_ms = WAIT_MS};
-    tfa_dds_client *client;
-    assert_int_equal(tfa_dds_client_connect(&options, &client), TFA_OK);
-    return client;
 }

@@ -9,7 +9,8 @@
 #include <dds/dds.h>
 
 #include "dds/topics/dds_convert.h"
-#include "dds_client/dds_client.h"
+#include "herald.h"
+#include "support/scoped.h"
 
 #define RAW_DDS_JOINTS 7     /* of robot "arm" */
 #define RAW_DDS_IN_VAIN 1000 /* id of requests that nobody may answer */
@@ -22,6 +23,8 @@ typedef struct raw_dds {
 extern double raw_dds_zeros[];
 
 raw_dds raw_dds_open(uint32_t domain);
+void raw_dds_close(const raw_dds *r);
+#define SCOPED_RAW_DDS SCOPED(raw_dds_close) raw_dds
 /** Takes the next valid sample. @return whether there was one */
 bool raw_dds_take(dds_entity_t reader, void *out);
 /** Writes a request that nobody may answer, and waits until every daemon has it: the functions
@@ -33,7 +36,5 @@ totalforce_dds_Reply *raw_dds_ask(const raw_dds *r, totalforce_dds_Request *requ
 void raw_dds_await(const raw_dds *r, const char *robot, int status);
 /** Forward dynamics of the arm at rest. */
 totalforce_dds_Request raw_dds_request(void);
-/** A client of the library, connected to the arm. */
-tfa_dds_client *raw_dds_connect(uint32_t domain);
 
 #endif

@@ -6,7 +6,6 @@
 #ifndef TFA_TESTS_DDS_ROBOTS_H
 #define TFA_TESTS_DDS_ROBOTS_H
 
-#include <stdbool.h>
 #include <totalforce/description.h>
 #include <totalforce/model.h>
 
@@ -18,7 +17,7 @@ typedef struct test_robot {
     tfa_model *model;
 } test_robot;
 
-/* Compiles both. @return whether it worked; release the models with tfa_model_free */
-bool test_robots_make(test_robot robots[TEST_ROBOTS]);
+/* Compiles both; release the models with tfa_model_free */
+void test_robots_make(test_robot robots[TEST_ROBOTS]);
 
 #endif

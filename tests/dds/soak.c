@@ -88,19 +88,14 @@ static void expect_answers(void)
     for (int m = 0; m < MODELS; m++) {
         const double gravity[3] = {0, 0, m ? -1.62 : -9.80665};
         const tfa_model_options options = {.gravity = gravity};
-        tfa_model *model;
-        assert_int_equal(
-            tfa_model_load(TFA_SOURCE_DIR "/config/robots/arm7.urdf", &options, NULL, &model),
-            TFA_OK);
-        tfa_workspace *w = workspace_for(model, NULL);
+        SCOPED_MODEL *model = bundled_model("arm7.urdf", &options);
+        SCOPED_WORKSPACE *w = workspace_for(model, NULL);
         expected[m].tag = tfa_model_tag(model);
         for (uint32_t s = 0; s < STATES; s++) {
             const tfa_request r = request_of(s);
             tfa_reply reply = {.qdd = expected[m].qdd[s]};
             assert_int_equal(tfa_compute(w, &r, &reply), TFA_OK);
         }
-        tfa_workspace_free(w);
-        tfa_model_free(model);
     }
 }
 
@@ -333,7 +328,7 @@ TEST(everything_at_once)
 {
     pthread_t threads[CLIENTS + 1];
     expect_answers();
-    harness_make(&daemon_harness, ARM, "");
+    daemon_harness = harness_make(ARM, "");
     reload(0);
     harness_start(&daemon_harness, "arm");
     for (int i = 0; i < CLIENTS; i++)

@@ -46,10 +46,9 @@ static uint64_t count_ignored(const harness *h)
 }
 
 /* Requests that a standby hears and does not answer are none of its own. */
-static void ignored_requests_are_counted_apart(void **state)
+TEST(ignored_requests_are_counted_apart)
 {
     const harness *standby = pair.standby;
-    (void)state;
     assert_true(WAIT_FOR(count_ignored(standby) > 100));
     assert_int_equal(kill(standby->pid, SIGUSR1), 0);
     assert_true(harness_logged(standby, "requests "));
@@ -79,21 +78,18 @@ static void fail_over(void (*strike)(void))
     assert_answered_once();
 }
 
-static void a_leader_that_ends_is_replaced(void **state)
+TEST(a_leader_that_ends_is_replaced)
 {
-    (void)state;
     fail_over(pair_end_leader);
 }
 
-static void a_killed_leader_is_replaced(void **state)
+TEST(a_killed_leader_is_replaced)
 {
-    (void)state;
     fail_over(pair_kill_leader);
 }
 
-static void a_stopped_leader_is_replaced(void **state)
+TEST(a_stopped_leader_is_replaced)
 {
-    (void)state;
     fail_over(pair_pause_leader);
 }
 
@@ -109,9 +105,8 @@ static bool standby_ignores(void)
 
 /* A standby that stands still for longer than a lease goes on: one of the two leads, the other
  * one hears requests and ignores them. */
-static void a_stopped_standby_goes_on(void **state)
+TEST(a_stopped_standby_goes_on)
 {
-    (void)state;
     for (int i = 0; i < trials; i++) {
         harness_pause(pair.standby);
         sleep_ms((unsigned)lease_ms + 100); /* its own clock shows that the leader was silent */
@@ -122,9 +117,8 @@ static void a_stopped_standby_goes_on(void **state)
     assert_answered_once();
 }
 
-static void full_load_is_answered(void **state)
+TEST(full_load_is_answered)
 {
-    (void)state;
     pair_load();
     assert_true(WAIT_FOR(pair_load_answered() > 10 * LOAD_CALLS));
     pair_await_answers(LOAD_CALLS);
@@ -134,17 +128,9 @@ static void full_load_is_answered(void **state)
 
 int main(int argc, char **argv)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(ignored_requests_are_counted_apart), /* nobody was replaced yet: first */
-        cmocka_unit_test(a_leader_that_ends_is_replaced),
-        cmocka_unit_test(a_killed_leader_is_replaced),
-        cmocka_unit_test(a_stopped_leader_is_replaced),
-        cmocka_unit_test(a_stopped_standby_goes_on),
-        cmocka_unit_test(full_load_is_answered),
-    };
     if (argc > 1 && atoi(argv[1]) > 0)
         trials = atoi(argv[1]);
     if (argc > 2 && atoi(argv[2]) > 0)
         lease_ms = atoi(argv[2]);
-    return cmocka_run_group_tests(tests, start_all, stop_all);
+    return test_run(start_all, stop_all);
 }

@@ -32,13 +32,11 @@ static struct {
 
 static void expect_answer(void)
 {
-    tfa_model *model = bundled_model("arm7.urdf", NULL);
-    tfa_workspace *w = workspace_for(model, NULL);
+    SCOPED_MODEL *model = bundled_model("arm7.urdf", NULL);
+    SCOPED_WORKSPACE *w = workspace_for(model, NULL);
     const tfa_request request = arm_request(0.3, self.q, self.v, self.tau);
     tfa_reply reply = {.qdd = self.qdd};
     assert_int_equal(tfa_compute(w, &request, &reply), TFA_OK);
-    tfa_workspace_free(w);
-    tfa_model_free(model);
 }
 
 /* The stream fills the slots of a worker that gets no processor: the call is refused, and there is
@@ -88,12 +86,11 @@ void pair_await_stream(uint64_t more)
 
 static void *load(void *h)
 {
-    tfa_client *shm = harness_connect(h, "arm", TFA_WAIT_HYBRID);
+    SCOPED_CLIENT *shm = harness_connect(h, "arm", TFA_WAIT_HYBRID);
     double qdd[JOINTS];
     while (!atomic_load(&self.stop))
         if (ask_arm(shm, 0.1, qdd, WAIT_NS) == TFA_OK)
             atomic_fetch_add(&self.load_answered, 1);
-    tfa_client_close(shm);
     return NULL;
 }
 
@@ -162,19 +159,16 @@ unsigned pair_leaderships(void)
 
 void pair_start(int lease_ms)
 {
-    const tfa_dds_client_options options = {
-        .domain = test_domain(), .robot = "arm", .connect_timeout_ms = WAIT_MS};
-    char more[128];
+    const uint32_t domain = test_domain();
+    const char *more = dds_yaml(domain, lease_ms);
     expect_answer();
-    snprintf(more, sizeof more, "dds:\n  enabled: true\n  domain: %u\n  lease_ms: %d\n",
-             options.domain, lease_ms);
-    harness_serve(&pair.nodes[0], ARM, more);
-    dds_herald(options.domain, "arm");
-    harness_serve(&pair.nodes[1], ARM, more);
+    pair.nodes[0] = harness_serve(ARM, more);
+    dds_herald(domain, "arm");
+    pair.nodes[1] = harness_serve(ARM, more);
     pair_settle();
-    assert_int_equal(tfa_dds_client_connect(&options, &self.client), TFA_OK);
+    self.client = dds_connect(domain, "arm");
     assert_int_equal(pthread_create(&self.thread, NULL, call_on_and_on, NULL), 0);
-    wire_observer_start(options.domain, "arm");
+    wire_observer_start(domain, "arm");
     pair_await_answers(100);
 }
 

@@ -9,6 +9,7 @@
 
 #include "robots.h"
 
+#include <stdbool.h>
 #include <stdint.h>
 
 struct tfa_worker;

@@ -212,8 +212,6 @@ static transports open_transports(const harness *h, const char *robot, const cha
 {
     const tfa_workspace_options workspace = {.max_tips = max_tips};
     const tfa_model_options options = {.base = base};
-    const tfa_dds_client_options over = {
-        .domain = test_domain(), .robot = robot, .connect_timeout_ms = WAIT_MS};
     tfa_client_options ring = harness_options(h, robot);
     tfa_report report = {0};
     transports d = {0};
@@ -222,7 +220,7 @@ static transports open_transports(const harness *h, const char *robot, const cha
     assert_int_equal(tfa_model_load(file, &options, &report, &d.model), TFA_OK);
     assert_int_equal(tfa_workspace_create(d.model, &workspace, &d.library), TFA_OK);
     assert_int_equal(tfa_client_connect(&ring, &d.ring), TFA_OK);
-    assert_int_equal(tfa_dds_client_connect(&over, &d.dds), TFA_OK);
+    d.dds = dds_connect(test_domain(), robot);
     d.shape = (tfa_wire_shape){.q_count = tfa_model_q_count(d.model),
                                .v_count = tfa_model_v_count(d.model),
                                .base_freedoms = tfa_model_base_freedoms(d.model),
@@ -452,12 +450,8 @@ TEST(library_ring_and_dds_agree)
                                  "  - name: dog\n    urdf: @" DOG "\n"
                                  "    base: floating\n    max_batch: 3\n"
                                  "  - name: gimbal\n    urdf: @" GIMBAL "\n    max_batch: 3\n";
-    char dds[96];
-    harness h;
     fill_numbers();
-    snprintf(dds, sizeof dds, "dds:\n  enabled: true\n  domain: %u\n  lease_ms: %d\n",
-             test_domain(), TEST_LEASE_MS);
-    harness_make(&h, robots, dds);
+    SCOPED_HARNESS h = harness_make(robots, dds_yaml(test_domain(), TEST_LEASE_MS));
     harness_start(&h, "dog");
     dds_herald(test_domain(), "arm");
     dds_herald(test_domain(), "dog");
@@ -471,5 +465,4 @@ TEST(library_ring_and_dds_agree)
     assert_counted(&h);
     assert_int_equal(harness_stop(&h, SIGTERM), 0);
     assert_logged(&h);
-    harness_remove(&h);
 }

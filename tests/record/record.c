@@ -31,14 +31,6 @@ static char *file_of(const harness *h, const char *name, char path[160])
     return path;
 }
 
-/* The daemon ends well: no sanitizer has found anything. */
-static void end(harness *h)
-{
-    if (h->pid)
-        assert_int_equal(harness_stop(h, SIGTERM), 0);
-    harness_remove(h);
-}
-
 /* ---- clients ---- */
 
 typedef struct asker {
@@ -107,11 +99,10 @@ static unsigned of_the_law = TEST_ROUNDS(30000);
 TEST(every_request_again)
 {
     char more[128];
-    harness h;
     static recorder r;
     snprintf(more, sizeof more, "workers: 2\ndds: {enabled: true, domain: %u, lease_ms: %d}\n",
              test_domain(), TEST_LEASE_MS);
-    harness_serve(&h, ARM, more);
+    SCOPED_HARNESS h = harness_serve(ARM, more);
     snprintf(more, sizeof more, "--count %u --buffer %d", of_the_law,
              of_the_law > 60000 ? 128 : 64);
     recorder_begin(&h, &r, "arm", "a.rec", more, 0);
@@ -127,7 +118,6 @@ TEST(every_request_again)
     assert_int_equal(recorder_number(&r, "same bits "), of_the_law);
     assert_int_equal(recorder_replay(&h, &r, "a.rec", "--json --tolerance 1e-12"), 0);
     assert_int_equal(recorder_number(&r, "\"same\": "), of_the_law);
-    end(&h);
 }
 
 /* ---- what a replay finds ---- */
@@ -183,12 +173,11 @@ static void mend_checksum(const char *path, size_t at, const tfa_tap_record *hea
 /* Requests of one client, so that kinds follow each other, and the last number of each kind. */
 TEST(one_flipped_bit)
 {
-    harness h;
     static recorder r;
     char path[160], text[64];
     tfa_tap_record head;
     size_t at = 0;
-    harness_serve(&h, ARM, "");
+    SCOPED_HARNESS h = harness_serve(ARM, "");
     make_recording(&h, "a.rec", 50, 1);
     file_of(&h, "a.rec", path);
     for (unsigned record = 15; record < 22; record++) {
@@ -217,7 +206,6 @@ TEST(one_flipped_bit)
     assert_int_equal(recorder_replay(&h, &r, "a.rec", ""), 0);
     assert_int_equal(recorder_number(&r, "same bits "), 21);
     assert_non_null(strstr(r.text, "the last record is cut off"));
-    end(&h);
 }
 
 TEST(another_model)
@@ -225,11 +213,10 @@ TEST(another_model)
     harness h;
     static recorder r;
     char more[256];
-    harness_serve(&h,
-                  ARM "  - name: dog\n    urdf: @/config/robots/quadruped.urdf\n"
-                      "  - name: moon\n    urdf: @/config/robots/arm7.urdf\n"
-                      "    gravity: [0, 0, -1.62]\n",
-                  "");
+    h = harness_serve(ARM "  - name: dog\n    urdf: @/config/robots/quadruped.urdf\n"
+                          "  - name: moon\n    urdf: @/config/robots/arm7.urdf\n"
+                          "    gravity: [0, 0, -1.62]\n",
+                      "");
     make_recording(&h, "a.rec", 50, RING_CLIENTS);
     assert_int_equal(
         recorder_replay(&h, &r, "a.rec", "--urdf " TFA_SOURCE_DIR "/config/robots/quadruped.urdf"),
@@ -246,24 +233,22 @@ TEST(another_model)
     assert_int_equal(recorder_replay(&h, &r, "a.rec", "--rate 1000 --tolerance -1"), 3);
     assert_int_equal(recorder_replay(&h, &r, "a.rec", "--rate original"), 0);
     assert_int_equal(recorder_replay(&h, &r, "nothing.rec", ""), 2);
-    end(&h);
+    harness_remove(&h);
 }
 
 /* Their status is that of the time, or of the daemon's configuration. */
 TEST(late_and_refused)
 {
-    harness h;
     static recorder r;
     char more[128];
     double q[7], v[7], tau[7];
     long late = 0, sent = 0;
-    harness_serve(&h, ARM "    refuse: [methods]\n", "");
+    SCOPED_HARNESS h = harness_serve(ARM "    refuse: [methods]\n", "");
     recorder_begin(&h, &r, "arm", "a.rec", "", 0);
     tfa_client_options options = harness_options(&h, "arm");
     options.deadline_us = 1;
     options.wait = TFA_WAIT_BLOCK;
-    tfa_client *client;
-    assert_int_equal(tfa_client_connect(&options, &client), TFA_OK);
+    tfa_client *client = harness_connect_with(&options);
     for (; late < 20 && sent < 20000; sent++) {
         tfa_reply reply = {0};
         const tfa_request request = arm_request((double)sent, q, v, tau);
@@ -284,17 +269,15 @@ TEST(late_and_refused)
     snprintf(more, sizeof more, "--robot arm --runtime-dir %s", h.runtime_dir);
     assert_int_equal(recorder_replay(&h, &r, "a.rec", more), 0);
     assert_int_equal(recorder_number(&r, "same bits "), sent - late + 1);
-    end(&h);
 }
 
 /* ---- what happens meanwhile ---- */
 
 TEST(one_recorder_at_a_time)
 {
-    harness h;
     static recorder r, other;
     char words[256];
-    harness_serve(&h, ARM, "");
+    SCOPED_HARNESS h = harness_serve(ARM, "");
     recorder_begin(&h, &r, "arm", "a.rec", "--seconds 100", 0);
     snprintf(words, sizeof words, "record arm -o %s/b.rec --runtime-dir %s", h.directory,
              h.runtime_dir);
@@ -309,15 +292,13 @@ TEST(one_recorder_at_a_time)
     assert_int_equal(recorder_run(&h, &other, words), 2);
     assert_non_null(strstr(other.text, "Is a directory"));
     assert_null(strstr(other.text, "0 requests")); /* nothing was recorded */
-    end(&h);
 }
 
 TEST(a_killed_recorder)
 {
-    harness h;
     static recorder r;
     char text[64];
-    harness_serve(&h, ARM, "");
+    SCOPED_HARNESS h = harness_serve(ARM, "");
     assert_true(harness_has_clients(&h, 0));
     assert_int_equal(tfa_daemon_command(h.runtime_dir, "describe arm", WAIT_MS, text, sizeof text),
                      TFA_OK); /* the description stays with the robot */
@@ -332,16 +313,14 @@ TEST(a_killed_recorder)
     }
     harness_assert_descriptors(&h, descriptors);
     assert_int_equal(recorder_replay(&h, &r, "a.rec", ""), 0); /* as far as it came */
-    end(&h);
 }
 
 TEST(a_killed_client)
 {
-    harness h;
     static recorder r;
     int status, ends[2];
     char byte;
-    harness_serve(&h, ARM, "");
+    SCOPED_HARNESS h = harness_serve(ARM, "");
     assert_int_equal(pipe(ends), 0);
     recorder_begin(&h, &r, "arm", "a.rec", "", 0);
     const pid_t child = fork();
@@ -368,21 +347,18 @@ TEST(a_killed_client)
     assert_int_equal(recorder_end(&r), 0);
     assert_true(recorder_number(&r, "a.rec: ") > 6100);
     assert_int_equal(recorder_replay(&h, &r, "a.rec", ""), 0);
-    end(&h);
 }
 
 TEST(a_reload_ends_it)
 {
-    harness h;
     static recorder r;
     asker a;
-    harness_serve(&h, ARM, "");
+    SCOPED_HARNESS h = harness_serve(ARM, "");
     recorder_begin(&h, &r, "arm", "a.rec", "--seconds 100", 0);
     a = (asker){.h = &h, .count = 40000};
     assert_int_equal(pthread_create(&a.thread, NULL, ask, &a), 0);
     assert_true(WAIT_FOR(atomic_load(&a.answered) >= 100));
-    harness_configure(&h, ARM "    gravity: [0, 0, -1.62]\n", "");
-    assert_int_equal(kill(h.pid, SIGHUP), 0);
+    harness_reload(&h, ARM "    gravity: [0, 0, -1.62]\n", "");
     assert_int_equal(recorder_wait(&r), 1);
     assert_non_null(strstr(r.text, "a reload gave the robot another model"));
     pthread_join(a.thread, NULL);
@@ -394,14 +370,12 @@ TEST(a_reload_ends_it)
     assert_int_equal(recorder_end(&r), 0);
     assert_int_equal(recorder_number(&r, "b.rec: "), 1000);
     assert_int_equal(recorder_replay(&h, &r, "b.rec", ""), 0);
-    end(&h);
 }
 
 TEST(the_daemon_ends)
 {
-    harness h;
     static recorder r;
-    harness_serve(&h, ARM, "");
+    SCOPED_HARNESS h = harness_serve(ARM, "");
     recorder_begin(&h, &r, "arm", "a.rec", "--count 1000000", 0);
     ask_some(&h, 1000);
     assert_int_equal(harness_stop(&h, SIGTERM), 0);
@@ -409,16 +383,14 @@ TEST(the_daemon_ends)
     assert_non_null(strstr(r.text, "the daemon has ended"));
     assert_int_equal(recorder_replay(&h, &r, "a.rec", ""), 0);
     assert_int_equal(recorder_number(&r, "same bits "), 1000);
-    end(&h);
 }
 
 /* The daemon's file is another one now: the recording would be of no use. */
 TEST(a_changed_urdf)
 {
     char robots[256], words[256], path[160];
-    harness h;
     static recorder r;
-    harness_make(&h, ARM, "");
+    SCOPED_HARNESS h = harness_make(ARM, "");
     file_of(&h, "robot.urdf", path);
     snprintf(words, sizeof words, "cp " TFA_SOURCE_DIR "/config/robots/arm7.urdf %s", path);
     assert_int_equal(system(words), 0);
@@ -431,14 +403,12 @@ TEST(a_changed_urdf)
              h.runtime_dir);
     assert_int_equal(recorder_run(&h, &r, words), 2);
     assert_non_null(strstr(r.text, "is not what the daemon compiled robot 'arm' of"));
-    end(&h);
 }
 
 TEST(a_full_disk)
 {
-    harness h;
     static recorder r;
-    harness_serve(&h, ARM, "");
+    SCOPED_HARNESS h = harness_serve(ARM, "");
     recorder_begin(&h, &r, "arm", "a.rec", "", 1500000);
     ask_some(&h, 10000);
     assert_int_equal(recorder_wait(&r), 2);
@@ -447,15 +417,13 @@ TEST(a_full_disk)
     assert_true(records > 500 && records < 10000);
     assert_int_equal(recorder_replay(&h, &r, "a.rec", ""), 0);
     assert_int_equal(recorder_number(&r, "same bits "), records);
-    end(&h);
 }
 
 TEST(a_full_ring)
 {
-    harness h;
     static recorder r;
     int status;
-    harness_serve(&h, ARM, "");
+    SCOPED_HARNESS h = harness_serve(ARM, "");
     recorder_begin(&h, &r, "arm", "a.rec", "--buffer 1", 0);
     assert_int_equal(kill(r.pid, SIGSTOP), 0);
     assert_int_equal(waitpid(r.pid, &status, WUNTRACED), r.pid);
@@ -467,7 +435,6 @@ TEST(a_full_ring)
     assert_int_equal(records + dropped, 10000);
     assert_int_equal(recorder_replay(&h, &r, "a.rec", ""), 0);
     assert_int_equal(recorder_number(&r, "same bits "), records);
-    end(&h);
 }
 
 typedef struct scribbler {
@@ -491,11 +458,10 @@ static void *scribble(void *arg)
 
 TEST(a_hostile_recorder)
 {
-    harness h;
     taps t;
     pthread_t thread;
     char text[256];
-    harness_serve(&h, ARM, "");
+    SCOPED_HARNESS h = harness_serve(ARM, "");
     assert_int_equal(taps_open(&t, h.runtime_dir, "arm", 1, text, sizeof text), 0);
     scribbler s = {.t = &t};
     assert_int_equal(pthread_create(&thread, NULL, scribble, &s), 0);
@@ -514,7 +480,6 @@ TEST(a_hostile_recorder)
                          TFA_E_REFUSED);
     }
     ask_some(&h, 100);
-    end(&h);
 }
 
 int main(int argc, char **argv)

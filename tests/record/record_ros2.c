@@ -70,16 +70,15 @@ static void record_and_replay(const char *file)
 /* The bundled arm with another mass. */
 static void publish_description(void)
 {
-    char *text = arm_urdf(true);
+    SCOPED_TEXT *text = arm_urdf(true);
     const std_msgs_msg_dds__String_ sample = {text};
     assert_int_equal(dds_write(node.description, &sample), DDS_RETCODE_OK);
     assert_true(harness_logged(&h, "reload: done, 1 of 1"));
-    free(text);
 }
 
 TEST(answers_on_topics)
 {
-    harness_serve(&h, arm_yaml(""), arm_settings(""));
+    h = harness_serve(arm_yaml(""), arm_settings(""));
     arm_node_open(&node);
     gravity = ros2_peer_reader(node.participant, &sensor_msgs_msg_dds__JointState__desc,
                                "rt/arm/totalforce/gravity_torques", PEER_DEFAULT);
@@ -91,6 +90,5 @@ TEST(answers_on_topics)
     publish_description();
     record_and_replay("topic.rec");
     arm_node_close(&node);
-    assert_int_equal(harness_stop(&h, SIGTERM), 0);
     harness_remove(&h);
 }

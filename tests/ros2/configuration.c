@@ -239,36 +239,15 @@ TEST(a_bad_host_of_the_configuration_is_named)
 
 #define ROS2 ARM "    ros2:\n      enabled: yes\n"
 
-/* `totalforced --check`. @param text  receives what it says. @return exit status */
-static int check(const harness *h, char *text, size_t size)
-{
-    char command[512];
-    snprintf(command, sizeof command, "%s/bin/totalforced --check %s 2>&1", TFA_BINARY_DIR,
-             h->config);
-    FILE *out = popen(command, "r");
-    assert_non_null(out);
-    text[fread(text, 1, size - 1, out)] = 0;
-    const int status = pclose(out);
-    assert_true(WIFEXITED(status));
-    return WEXITSTATUS(status);
-}
-
 /* Check and start both end with 2 and say so; ":1:2: ..." is in the configuration's file.
  * @param more  other keys of section ros2 */
 static void assert_refused(const char *robots, const char *more, const char *says)
 {
-    harness h;
-    char text[4096], section[128], expected[512];
+    char section[128], expected[512];
     snprintf(section, sizeof section, "ros2: {enabled: yes%s}\n", more);
-    harness_make(&h, robots, section);
+    SCOPED_HARNESS h = harness_make(robots, section);
     snprintf(expected, sizeof expected, "%s%s", says[0] == ':' ? h.config : "", says);
-    assert_int_equal(check(&h, text, sizeof text), 2);
-    if (!strstr(text, expected))
-        fail_msg("'%s' is not said: %s", expected, text);
-    const int status = harness_run(&h);
-    assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 2);
-    assert_true(harness_logged(&h, expected));
-    harness_remove(&h);
+    harness_assert_mistake(&h, expected);
 }
 
 TEST(errors_stand_where_the_key_is)
@@ -327,22 +306,19 @@ TEST(nodes_of_one_name_are_refused)
 {
 #define OTHER                                                                                      \
     "  - name: other\n    urdf: @/config/robots/arm6.urdf\n    ros2:\n      enabled: yes\n"
-    harness h;
-    char text[4096];
     assert_refused(ROS2 OTHER, "",
                    ":11:7: robots[1].ros2: namespace and node are those of robot 'arm'");
     assert_refused(ROS2 "      namespace: /\n      domain: 0\n" OTHER "      node: totalforce\n",
                    "", "robots[1].ros2: namespace and node are those of robot 'arm'");
-    harness_make(&h,
-                 ROS2 OTHER "      domain: 1\n"
-                            "  - name: more\n    urdf: @/config/robots/arm6.urdf\n"
-                            "    ros2: {enabled: yes, node: more}\n"
-                            "  - name: most\n    urdf: @/config/robots/arm6.urdf\n"
-                            "    ros2: {enabled: yes, namespace: /most}\n"
-                            "  - name: off\n    urdf: @/config/robots/arm6.urdf\n",
-                 "ros2: {enabled: yes}\n");
-    assert_int_equal(check(&h, text, sizeof text), 0);
-    harness_remove(&h);
+    SCOPED_HARNESS h =
+        harness_make(ROS2 OTHER "      domain: 1\n"
+                                "  - name: more\n    urdf: @/config/robots/arm6.urdf\n"
+                                "    ros2: {enabled: yes, node: more}\n"
+                                "  - name: most\n    urdf: @/config/robots/arm6.urdf\n"
+                                "    ros2: {enabled: yes, namespace: /most}\n"
+                                "  - name: off\n    urdf: @/config/robots/arm6.urdf\n",
+                     "ros2: {enabled: yes}\n");
+    assert_int_equal(harness_check(&h), 0);
 }
 
 /* What cannot be started is refused by --check. */
@@ -360,14 +336,12 @@ TEST(settings_of_the_domain_are_checked)
 TEST(half_a_configuration_is_off)
 {
     harness h;
-    harness_make(&h, ARM, "ros2: {enabled: yes}\n");
+    h = harness_make(ARM, "ros2: {enabled: yes}\n");
     harness_start(&h, "arm");
     assert_true(harness_logged(&h, "ros2: off: no robot has"));
-    assert_int_equal(harness_stop(&h, SIGTERM), 0);
     harness_remove(&h);
-    harness_make(&h, ROS2 "      tips: [nothing]\n", "");
+    h = harness_make(ROS2 "      tips: [nothing]\n", "");
     harness_start(&h, "arm");
-    assert_int_equal(harness_stop(&h, SIGTERM), 0);
     harness_remove(&h);
 }
 

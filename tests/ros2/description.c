@@ -81,12 +81,8 @@ typedef struct load {
 static int variant_of(const trajectory_msgs_msg_dds__JointTrajectory_ *m)
 {
     const trajectory_msgs_msg_dds__JointTrajectoryPoint_ *p = &m->points._buffer[0];
-    const tfa_request request = {.op = TFA_OP_FORWARD_DYNAMICS,
-                                 .refine = TFA_REFINE_DEFAULT,
-                                 .count = 1,
-                                 .q = p->positions._buffer,
-                                 .v = p->velocities._buffer,
-                                 .tau = p->effort._buffer};
+    const tfa_request request =
+        request_fd(p->positions._buffer, p->velocities._buffer, p->effort._buffer);
     double qdd[JOINTS];
     tfa_reply reply = {.qdd = qdd};
     if (m->points._length != 1 || p->accelerations._length != JOINTS)
@@ -269,17 +265,12 @@ static void open_other(other_node *o)
 static void move_other(other_node *o, const char *file)
 {
     uint64_t seed = 17;
-    const tfa_request request = {.op = TFA_OP_FORWARD_DYNAMICS,
-                                 .refine = TFA_REFINE_DEFAULT,
-                                 .count = 1,
-                                 .q = o->q,
-                                 .v = o->v,
-                                 .tau = o->tau};
+    const tfa_request request = request_fd(o->q, o->v, o->tau);
     tfa_reply reply = {.qdd = o->qdd};
     o->model = bundled_model(file, NULL);
     o->joints = tfa_model_joint_count(o->model);
     assert_true(o->joints <= MANY_JOINTS);
-    tfa_workspace *workspace = workspace_for(o->model, NULL);
+    SCOPED_WORKSPACE *workspace = workspace_for(o->model, NULL);
     for (uint32_t j = 0; j < o->joints; j++) {
         o->name[j] = (char *)(uintptr_t)tfa_model_joint(o->model, j).name;
         o->q[j] = 0.3 * test_random(&seed);
@@ -287,7 +278,6 @@ static void move_other(other_node *o, const char *file)
         o->tau[j] = test_random(&seed);
     }
     assert_int_equal(tfa_compute(workspace, &request, &reply), TFA_OK);
-    tfa_workspace_free(workspace);
 }
 
 static bool is_answer_of(const other_node *o, const trajectory_msgs_msg_dds__JointTrajectory_ *m)
@@ -314,7 +304,7 @@ static bool is_answered(const other_node *o, const sensor_msgs_msg_dds__JointSta
 static void assert_other_joints(other_node *o, const char *file)
 {
     move_other(o, file);
-    char *text = bundled_text(file);
+    SCOPED_TEXT *text = bundled_text(file);
     const sensor_msgs_msg_dds__JointState_ state = {.name = PEER_SEQUENCE(o->joints, o->name),
                                                     .position = PEER_SEQUENCE(o->joints, o->q),
                                                     .velocity = PEER_SEQUENCE(o->joints, o->v)};
@@ -325,11 +315,9 @@ static void assert_other_joints(other_node *o, const char *file)
     assert_int_equal(arm_await_diagnostic(&node, "other/totalforce: model",
                                           strndupa(tfa_model_hash_text(o->model), 16)),
                      LEVEL_OK);
-    tfa_client *client = harness_connect(&running, "other", TFA_WAIT_BLOCK);
+    SCOPED_CLIENT *client = harness_connect(&running, "other", TFA_WAIT_BLOCK);
     assert_int_equal(tfa_client_get_info(client)->v_count, o->joints);
-    tfa_client_close(client);
     tfa_model_free(o->model);
-    free(text);
 }
 
 TEST(a_description_with_other_joints_changes_them)
@@ -359,8 +347,7 @@ static int serve(void **state)
 {
     (void)state;
     make_variants();
-    harness_serve(
-        &running,
+    running = harness_serve(
         arm_yaml("      joints: [joint_1, joint_2, joint_3, joint_4, joint_5, joint_6, joint_7]\n"
                  "  - name: other\n    urdf: @/config/robots/arm7.urdf\n    ros2: {enabled: "
                  "yes, namespace: /other, joint_efforts: efforts, robot_description: "
@@ -374,7 +361,6 @@ static int stop(void **state)
 {
     (void)state;
     arm_node_close(&node);
-    assert_int_equal(harness_stop(&running, SIGTERM), 0);
     harness_remove(&running);
     free_variants();
     return 0;

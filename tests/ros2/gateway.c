@@ -445,7 +445,7 @@ static int serve(void **state)
         "  - name: far\n    urdf: @/config/robots/arm7.urdf\n"
         "    ros2: {enabled: yes, namespace: /far, domain: %u}\n",
         arm_yaml("      services: yes\n"), test_domain());
-    harness_serve(&daemon_process, yaml, arm_settings(""));
+    daemon_process = harness_serve(yaml, arm_settings(""));
     arm_node_open(&node);
     return 0;
 }
@@ -454,7 +454,6 @@ static int stop(void **state)
 {
     (void)state;
     arm_node_close(&node);
-    assert_int_equal(harness_stop(&daemon_process, SIGTERM), 0);
     harness_remove(&daemon_process);
     tfa_workspace_free(workspace);
     tfa_model_free(model);

@@ -113,12 +113,7 @@ arm_motion arm_motion_of(uint64_t seed)
 
 void arm_expect(tfa_workspace *workspace, const arm_motion *m, double qdd[JOINTS])
 {
-    const tfa_request request = {.op = TFA_OP_FORWARD_DYNAMICS,
-                                 .refine = TFA_REFINE_DEFAULT,
-                                 .count = 1,
-                                 .q = m->q,
-                                 .v = m->v,
-                                 .tau = m->tau};
+    const tfa_request request = request_fd(m->q, m->v, m->tau);
     tfa_reply reply = {.qdd = qdd};
     assert_int_equal(tfa_compute(workspace, &request, &reply), TFA_OK);
 }

@@ -283,16 +283,16 @@ static int serve(void **state)
     workspace = workspace_for(model, NULL);
     snprintf(more, sizeof more,
              "ros2: {enabled: yes, domain: %u, discovery_range: system_default}\n", test_domain());
-    harness_make(&running,
-                 ROBOT("dog", "go", LONG_AGE, "        motors: [" MOTORS "]\n")
-                     ROBOT("man", "hg", LONG_AGE,
-                           "        topic: /man/lowstate\n        motors: [-, -, -, -, -, -, -, -, "
-                           "-, -, -, -, -, -, -, " MOTORS "]\n")
-                         ROBOT("mute", "hg", LONG_AGE,
-                               "        topic: /mute/lowstate\n        motors: [" MOTORS "]\n")
-                             ROBOT("old", "go", "500",
-                                   "        topic: /old/lowstate\n        motors: [" MOTORS "]\n"),
-                 more);
+    running = harness_make(
+        ROBOT("dog", "go", LONG_AGE, "        motors: [" MOTORS "]\n")
+            ROBOT("man", "hg", LONG_AGE,
+                  "        topic: /man/lowstate\n        motors: [-, -, -, -, -, -, -, -, "
+                  "-, -, -, -, -, -, -, " MOTORS "]\n")
+                ROBOT("mute", "hg", LONG_AGE,
+                      "        topic: /mute/lowstate\n        motors: [" MOTORS "]\n")
+                    ROBOT("old", "go", "500",
+                          "        topic: /old/lowstate\n        motors: [" MOTORS "]\n"),
+        more);
     harness_start(&running, "dog");
     open_node();
     return 0;
@@ -302,7 +302,6 @@ static int stop(void **state)
 {
     (void)state;
     assert_int_equal(dds_delete(node.participant), DDS_RETCODE_OK);
-    assert_int_equal(harness_stop(&running, SIGTERM), 0);
     harness_remove(&running);
     tfa_workspace_free(workspace);
     tfa_model_free(model);

@@ -24,45 +24,27 @@ static harness h;
 static int sockets[SOCKETS_MAX], socket_count;
 static const char *wrong_number; /* LISTEN_FDS; NULL: the true one */
 
-static int bind_at(const char *directory, const char *name, int type)
-{
-    struct sockaddr_un address = {.sun_family = AF_UNIX};
-    const int fd = socket(AF_UNIX, type | SOCK_CLOEXEC, 0);
-    snprintf(address.sun_path, sizeof address.sun_path, "%s/%s", directory, name);
-    assert_int_equal(bind(fd, (const struct sockaddr *)&address, sizeof address), 0);
-    return fd;
-}
-
-static int listen_at(const char *directory, const char *name, int type)
-{
-    const int fd = bind_at(directory, name, type);
-    assert_int_equal(listen(fd, 16), 0);
-    return fd;
-}
-
 static void add_socket(const char *name)
 {
-    sockets[socket_count++] = listen_at(h.runtime_dir, name, SOCK_SEQPACKET);
+    sockets[socket_count++] = socket_at(h.runtime_dir, name, SOCK_SEQPACKET, true);
 }
 
-static int make_directory(void **state)
+static harness *make_directory(void)
 {
-    (void)state;
     socket_count = 0;
-    wrong_number = NULL;
-    harness_make(&h, ARM, "");
+    h = harness_make(ARM, "");
     assert_int_equal(mkdir(h.runtime_dir, 0755), 0);
-    return 0;
+    return &h;
 }
 
-static int remove_directory(void **state)
+static void remove_directory(harness **unused)
 {
-    (void)state;
+    (void)unused;
     for (int i = 0; i < socket_count; i++)
         close(sockets[i]);
     harness_remove(&h);
-    return 0;
 }
+#define SCOPED_DIRECTORY SCOPED(remove_directory) harness
 
 /* As systemd does: the sockets from descriptor 3 on, their number and the process in the
  * environment. */
@@ -114,9 +96,9 @@ static void *connect_and_ask(void *status)
 }
 
 /* A client that came before the daemon is served, and so is one that comes while it restarts. */
-static void clients_wait_for_the_daemon(void **state)
+TEST(clients_wait_for_the_daemon)
 {
-    (void)state;
+    SCOPED_DIRECTORY *unit = make_directory();
     add_socket("arm.sock");
     add_socket(".control.sock");
     for (int i = 0; i < 3; i++) {
@@ -138,9 +120,9 @@ static void clients_wait_for_the_daemon(void **state)
 }
 
 /* The daemon makes the sockets that it was not given, and removes those alone. */
-static void the_rest_is_made(void **state)
+TEST(the_rest_is_made)
 {
-    (void)state;
+    SCOPED_DIRECTORY *unit = make_directory();
     add_socket("arm.sock");
     activate();
     tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
@@ -154,20 +136,18 @@ static void the_rest_is_made(void **state)
 static tfa_client *connect_at(const char *directory)
 {
     tfa_client_options options = harness_options(&h, "arm");
-    tfa_client *client;
     options.runtime_dir = directory;
     options.wait = TFA_WAIT_BLOCK;
-    assert_int_equal(tfa_client_connect(&options, &client), TFA_OK);
-    return client;
+    return harness_connect_with(&options);
 }
 
 /* The directory is taken away: the daemon keeps the sockets that it was given, says that their
  * paths are gone, and makes the others again. */
-static void passed_sockets_are_kept(void **state)
+TEST(passed_sockets_are_kept)
 {
+    SCOPED_DIRECTORY *unit = make_directory();
     char away[96];
     double qdd[7];
-    (void)state;
     snprintf(away, sizeof away, "%s/away", h.directory);
     add_socket("arm.sock");
     activate();
@@ -176,80 +156,46 @@ static void passed_sockets_are_kept(void **state)
     assert_true(harness_logged(&h, "arm.sock', which the service manager passed, is gone"));
     assert_true(WAIT_FOR(is_socket(".control.sock")));
     assert_false(is_socket("arm.sock"));
-    tfa_client *client = connect_at(away);
+    SCOPED_CLIENT *client = connect_at(away);
     assert_int_equal(ask_arm(client, 0.1, qdd, WAIT_NS), TFA_OK);
-    tfa_client_close(client);
     assert_int_equal(harness_stop(&h, SIGTERM), 0);
 }
 
-static void assert_refused(const char *text)
-{
-    activate();
-    const int status = harness_stop(&h, 0); /* it ends by itself */
-    assert_true(WIFEXITED(status));
-    assert_int_equal(WEXITSTATUS(status), 2);
-    assert_true(harness_logged(&h, text));
-}
+enum { FILE_DESCRIPTOR = -1 };
 
-static void other_robots_are_named(void **state)
+/* Each ends the daemon at once, by name, and leaves the sockets where they are. */
+TEST(other_sockets_are_refused)
 {
-    (void)state;
-    add_socket("arn.sock");
-    assert_refused("(arn.sock), which the service manager passed: the configuration has no such");
-    assert_true(is_socket("arn.sock"));
-}
-
-static void other_kinds_are_named(void **state)
-{
-    (void)state;
-    sockets[socket_count++] = listen_at(h.runtime_dir, "arm.sock", SOCK_STREAM);
-    assert_refused("is a stream (SOCK_STREAM); the unit needs ListenSequentialPacket=");
-}
-
-static void sockets_that_do_not_listen_are_named(void **state)
-{
-    (void)state;
-    sockets[socket_count++] = bind_at(h.runtime_dir, "arm.sock", SOCK_SEQPACKET);
-    assert_refused("does not listen; the unit needs Accept=no");
-}
-
-static void other_places_are_named(void **state)
-{
-    (void)state;
-    sockets[socket_count++] = listen_at(h.directory, "arm.sock", SOCK_SEQPACKET);
-    assert_refused("lies elsewhere; correct the unit, or runtime_dir");
-}
-
-static void files_are_named(void **state)
-{
-    (void)state;
-    sockets[socket_count++] = open("/dev/null", O_RDONLY | O_CLOEXEC);
-    assert_refused("not a Unix socket");
-}
-
-static void wrong_numbers_are_named(void **state)
-{
-    (void)state;
-    add_socket("arm.sock");
-    wrong_number = "two";
-    assert_refused("LISTEN_FDS 'two', LISTEN_PID '");
-    assert_true(is_socket("arm.sock"));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(clients_wait_for_the_daemon, make_directory,
-                                        remove_directory),
-        cmocka_unit_test_setup_teardown(the_rest_is_made, make_directory, remove_directory),
-        cmocka_unit_test_setup_teardown(passed_sockets_are_kept, make_directory, remove_directory),
-        cmocka_unit_test_setup_teardown(other_robots_are_named, make_directory, remove_directory),
-        cmocka_unit_test_setup_teardown(other_kinds_are_named, make_directory, remove_directory),
-        cmocka_unit_test_setup_teardown(other_places_are_named, make_directory, remove_directory),
-        cmocka_unit_test_setup_teardown(files_are_named, make_directory, remove_directory),
-        cmocka_unit_test_setup_teardown(sockets_that_do_not_listen_are_named, make_directory,
-                                        remove_directory),
-        cmocka_unit_test_setup_teardown(wrong_numbers_are_named, make_directory, remove_directory),
+    static const struct {
+        const char *name;
+        int type; /* of the socket */
+        bool elsewhere, silent;
+        const char *number, *text;
+    } cases[] = {
+        {"arn.sock", SOCK_SEQPACKET,
+         .text = "(arn.sock), which the service manager passed: the "
+                 "configuration has no such"},
+        {"arm.sock", SOCK_STREAM,
+         .text = "is a stream (SOCK_STREAM); the unit needs ListenSequentialPacket="},
+        {"arm.sock", SOCK_SEQPACKET, .elsewhere = true,
+         .text = "lies elsewhere; correct the unit, or runtime_dir"},
+        {"/dev/null", FILE_DESCRIPTOR, .text = "not a Unix socket"},
+        {"arm.sock", SOCK_SEQPACKET, .silent = true,
+         .text = "does not listen; the unit needs Accept=no"},
+        {"arm.sock", SOCK_SEQPACKET, .number = "two", .text = "LISTEN_FDS 'two', LISTEN_PID '"},
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        SCOPED_DIRECTORY *unit = make_directory();
+        const bool file = cases[i].type == FILE_DESCRIPTOR;
+        sockets[socket_count++] = file ? open(cases[i].name, O_RDONLY | O_CLOEXEC)
+                                       : socket_at(cases[i].elsewhere ? h.directory : h.runtime_dir,
+                                                   cases[i].name, cases[i].type, !cases[i].silent);
+        wrong_number = cases[i].number;
+        activate();
+        const int status = harness_stop(&h, 0); /* it ends by itself */
+        assert_true(WIFEXITED(status));
+        assert_int_equal(WEXITSTATUS(status), 2);
+        assert_true(harness_logged(&h, cases[i].text));
+        assert_true(file || cases[i].elsewhere || is_socket(cases[i].name));
+    }
 }

@@ -39,10 +39,8 @@ static tfa_request request_of(const batch *b)
 
 static void make_batch(batch *b)
 {
-    tfa_model *model;
-    assert_int_equal(
-        tfa_model_load(TFA_SOURCE_DIR "/config/robots/humanoid.urdf", NULL, NULL, &model), TFA_OK);
-    tfa_workspace *w = workspace_for(model, NULL);
+    SCOPED_MODEL *model = bundled_model("humanoid.urdf", NULL);
+    SCOPED_WORKSPACE *w = workspace_for(model, NULL);
     b->joints = tfa_model_v_count(model);
     const size_t n = (size_t)STATES * b->joints;
     b->q = calloc(5 * n, sizeof *b->q);
@@ -56,8 +54,6 @@ static void make_batch(batch *b)
     const tfa_request r = request_of(b);
     tfa_reply reply = {.qdd = b->expected};
     assert_int_equal(tfa_compute(w, &r, &reply), TFA_OK);
-    tfa_workspace_free(w);
-    tfa_model_free(model);
 }
 
 /* A client that asks small requests, one after the other. */
@@ -94,11 +90,9 @@ static void *ask_small(void *argument)
 static tfa_client *connect_batches(const harness *h)
 {
     tfa_client_options options = harness_options(h, "humanoid");
-    tfa_client *client;
     options.max_batch = STATES;
     options.slots = 2;
-    assert_int_equal(tfa_client_connect(&options, &client), TFA_OK);
-    return client;
+    return harness_connect_with(&options);
 }
 
 static void ask_batches(tfa_client *client, batch *b, tfa_exchange times[BATCHES])
@@ -149,26 +143,22 @@ static uint32_t ask_both(tfa_client *client, batch *b, small_client *m, bool sam
 
 static void small_beside_batches(const char *more, bool same_worker, const char *logged)
 {
-    harness h;
     batch b;
     small_client m = {0};
     make_batch(&b);
     m.times = calloc(SMALL_MAX, sizeof *m.times);
     assert_non_null(m.times);
-    harness_make(&h, ARM HUMANOID, more);
+    SCOPED_HARNESS h = harness_make(ARM HUMANOID, more);
     harness_start(&h, "humanoid");
     if (logged)
         assert_true(harness_logged(&h, logged));
     m.client = harness_connect(&h, "arm", TFA_WAIT_HYBRID);
-    tfa_client *client = connect_batches(&h);
+    SCOPED_CLIENT *client = connect_batches(&h);
     uint32_t between = 0;
     /* again where the small client got no processor during the batches */
     assert_true(WAIT_FOR(
         (between += ask_both(client, &b, &m, same_worker), !same_worker || between >= BATCHES)));
-    tfa_client_close(client);
     tfa_client_close(m.client);
-    assert_int_equal(harness_stop(&h, SIGTERM), 0);
-    harness_remove(&h);
     free(m.times);
     free(b.q);
 }
@@ -210,10 +200,9 @@ static void *ask_large(void *argument)
 
 TEST(one_pool_for_two_workers)
 {
-    harness h;
     static batch_client clients[2];
     const char *more = "workers: 2\npool:\n  threads: 2\n";
-    harness_make(&h, HUMANOID, more);
+    SCOPED_HARNESS h = harness_make(HUMANOID, more);
     harness_start(&h, "humanoid");
     for (int k = 0; k < 2; k++) {
         make_batch(&clients[k].b);
@@ -222,8 +211,7 @@ TEST(one_pool_for_two_workers)
     for (int k = 0; k < 2; k++)
         assert_int_equal(pthread_create(&clients[k].thread, NULL, ask_large, &clients[k]), 0);
     for (unsigned i = 1; i <= 4; i++) { /* another policy: other solvers, other pools */
-        harness_configure(&h, i % 2 ? HUMANOID "    estimate_every: 7\n" : HUMANOID, more);
-        assert_int_equal(kill(h.pid, SIGHUP), 0);
+        harness_reload(&h, i % 2 ? HUMANOID "    estimate_every: 7\n" : HUMANOID, more);
         assert_true(harness_logged_times(&h, "reload: done, 1 of 1", i));
     }
     for (int k = 0; k < 2; k++) {
@@ -231,6 +219,4 @@ TEST(one_pool_for_two_workers)
         tfa_client_close(clients[k].client);
         free(clients[k].b.q);
     }
-    assert_int_equal(harness_stop(&h, SIGTERM), 0);
-    harness_remove(&h);
 }

@@ -81,7 +81,7 @@ TEST(bare_virtual_machine)
                            .limits = {.clients = 500},
                            .realtime = {.priority = 80, .mlock = true}};
     const tfa_check_rt c = {.settings = &wishes, .memlock = 65536, .files = 1024, .processors = 2};
-    char *text = check(c, files, 3);
+    SCOPED_TEXT *text = check(c, files, 3);
     assert_line(text, "warning  kernel", "6.1.0-18-amd64, not PREEMPT_RT");
     assert_line(text, "warning  hypervisor", "virtual machine");
     assert_line(text, "warning  steal time", "2.50 %");
@@ -94,7 +94,6 @@ TEST(bare_virtual_machine)
     assert_line(text, "warning  huge pages", "[always]");
     assert_line(text, "warning  isolation", "no processor is isolated");
     assert_non_null(strstr(text, "LimitRTPRIO"));
-    free(text);
 }
 
 TEST(real_time_machine)
@@ -142,12 +141,11 @@ TEST(no_processor_is_isolated)
     const config wishes = {.workers = 2, .realtime = {.affinity = affinity, .affinity_count = 2}};
     const tfa_check_rt c = {.settings = &wishes, .files = 4096, .processors = 8};
     for (int i = 0; i < 2; i++) {
-        char *text = check(c, i ? absent : empty, 0);
+        SCOPED_TEXT *text = check(c, i ? absent : empty, 0);
         assert_line(text, "warning  isolation",
                     "no processor is isolated; realtime.affinity names processor 3");
         assert_non_null(strstr(text, "-> kernel command line: isolcpus=N nohz_full=N"));
         assert_null(strstr(text, "''"));
-        free(text);
     }
 }
 
@@ -159,11 +157,10 @@ TEST(container_with_a_quota)
                                  {CPU "/cpu0/cpuidle/state0/latency", "0\n"},
                                  {CPU "/cpu0/cpuidle/state1/latency", "133\n"},
                                  {NULL, NULL}};
-    char *text = check((tfa_check_rt){.files = 1024, .processors = 4}, files, 0);
+    SCOPED_TEXT *text = check((tfa_check_rt){.files = 1024, .processors = 4}, files, 0);
     assert_line(text, "warning  cpu quota", "50000 100000 us");
     assert_line(text, "warning  governor", "powersave");
     assert_line(text, "warning  idle states", "133 us");
-    free(text);
 }
 
 /* The kernel asks for the soft limits of priorities and locked memory. */

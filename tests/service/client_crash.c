@@ -4,6 +4,7 @@
  * SIGKILL on either side: nothing leaks, nobody else notices, everybody recovers.
  */
 #include "harness.h"
+#include "models.h"
 #include "support/sanitized.h"
 #include "test.h"
 
@@ -74,10 +75,9 @@ static void kill_client(const harness *h, unsigned number)
 
 TEST(clients_killed)
 {
-    harness h;
-    int end[2], status;
+    int end[2];
     char byte;
-    harness_serve(&h, ARM, "");
+    SCOPED_HARNESS h = harness_serve(ARM, "");
     assert_int_equal(socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, end), 0);
     pid_t honest_client = fork();
     if (honest_client == 0) {
@@ -85,7 +85,7 @@ TEST(clients_killed)
         ask_until_killed(&h, TFA_WAIT_HYBRID, end[0]);
     }
     close(end[0]);
-    tfa_client *mine = harness_connect(&h, "arm", TFA_WAIT_HYBRID);
+    SCOPED_CLIENT *mine = harness_connect(&h, "arm", TFA_WAIT_HYBRID);
     double qdd[7];
     assert_int_equal(recv(end[1], &byte, 1, 0), 1); /* the witness has its client */
     assert_true(harness_has_clients(&h, 2));
@@ -106,12 +106,7 @@ TEST(clients_killed)
     assert_in_range(harness_resident_kib(&h), 1, resident + GROWTH_KIB);
     assert_int_equal(harness_named_segments(&h), 0);
     close(end[1]);
-    assert_int_equal(waitpid(honest_client, &status, 0), honest_client);
-    assert_true(WIFEXITED(status));
-    assert_int_equal(WEXITSTATUS(status), 0);
-    tfa_client_close(mine);
-    assert_int_equal(harness_stop(&h, SIGTERM), 0);
-    harness_remove(&h);
+    assert_int_equal(child_end(honest_client), 0);
 }
 
 /* ---- a daemon that dies ---- */
@@ -133,9 +128,8 @@ static pid_t kill_after_delay(const harness *h)
 TEST(calls_report_the_restart)
 {
     static const tfa_wait waits[] = {TFA_WAIT_SPIN, TFA_WAIT_HYBRID, TFA_WAIT_BLOCK};
-    harness h;
     double qdd[7], before[7];
-    harness_make(&h, ARM, "");
+    SCOPED_HARNESS h = harness_make(ARM, "");
     for (int i = 0; i < 3; i++) {
         harness_start(&h, "arm");
         tfa_client *client = harness_connect(&h, "arm", waits[i]);
@@ -160,20 +154,17 @@ TEST(calls_report_the_restart)
         assert_int_equal(harness_stop(&h, SIGTERM), 0);
         assert_int_equal(rmdir(h.runtime_dir), 0); /* nothing is left of either */
     }
-    harness_remove(&h);
 }
 
 TEST(lost_requests_are_reported)
 {
-    harness h;
     double q[7] = {0}, qdd[7];
-    const tfa_request r = {
-        .op = TFA_OP_FORWARD_DYNAMICS, .refine = TFA_REFINE_DEFAULT, .count = 1, .q = q};
+    const tfa_request r = request_fd(q, NULL, NULL);
     tfa_reply reply = {.qdd = qdd};
     tfa_exchange times;
     uint64_t ids[3];
-    harness_serve(&h, ARM, "");
-    tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_DEFAULT);
+    SCOPED_HARNESS h = harness_serve(ARM, "");
+    SCOPED_CLIENT *client = harness_connect(&h, "arm", TFA_WAIT_DEFAULT);
     assert_int_equal(ask_arm(client, 1, qdd, TIMEOUT_NS), TFA_OK);
     harness_pause(&h);
     for (int i = 0; i < 3; i++)
@@ -191,15 +182,12 @@ TEST(lost_requests_are_reported)
     assert_true(id > ids[2]); /* ids are never used twice */
     assert_int_equal(tfa_client_receive(client, &reply, TIMEOUT_NS, &times), TFA_OK);
     assert_int_equal(times.id, id);
-    tfa_client_close(client);
-    harness_remove(&h);
 }
 
 TEST(reconnect_waits_for_the_daemon)
 {
-    harness h;
     double qdd[7];
-    harness_serve(&h, ARM, "");
+    SCOPED_HARNESS h = harness_serve(ARM, "");
     tfa_client_options options = harness_options(&h, "arm");
     tfa_client *hasty, *patient = harness_connect(&h, "arm", TFA_WAIT_DEFAULT);
     options.connect_timeout_ms = 15; /* as short as it connects here: it is waited for below */
@@ -221,8 +209,6 @@ TEST(reconnect_waits_for_the_daemon)
     tfa_client_close(patient);
     tfa_client_close(hasty);
     h.pid = late;
-    assert_int_equal(harness_stop(&h, SIGTERM), 0);
-    harness_remove(&h);
 }
 
 /* @return how many connections the paused daemon's queue takes */
@@ -247,12 +233,10 @@ static int fill_queue(const harness *h, int *fds, int most)
 TEST(a_full_queue_is_waited_for)
 {
     enum { SHORT_MS = 50, MOST = 1000 };
-    harness h;
     tfa_client *client;
     int fds[MOST];
-    harness_serve(&h, ARM,
-                  "limits: {clients: 200, clients_per_user: 200, "
-                  "connects_per_second: 100000}\n");
+    SCOPED_HARNESS h = harness_serve(ARM, "limits: {clients: 200, clients_per_user: 200, "
+                                          "connects_per_second: 100000}\n");
     tfa_client_options options = harness_options(&h, "arm");
     harness_pause(&h);
     const int n = fill_queue(&h, fds, MOST);
@@ -270,8 +254,6 @@ TEST(a_full_queue_is_waited_for)
     assert_true(WIFSIGNALED(status));
     for (int i = 0; i < n; i++)
         close(fds[i]);
-    assert_int_equal(harness_stop(&h, SIGTERM), 0);
-    harness_remove(&h);
 }
 
 /* After the restart the name stands for a robot of another size: the buffers do not fit. */
@@ -279,10 +261,10 @@ TEST(another_robot_is_refused)
 {
     harness h, other;
     double qdd[7];
-    harness_make(&h, ARM, "");
-    harness_make(&other, "  - name: arm\n    urdf: @/config/robots/snake64.urdf\n", "");
+    h = harness_make(ARM, "");
+    other = harness_make("  - name: arm\n    urdf: @/config/robots/snake64.urdf\n", "");
     harness_start(&h, "arm");
-    tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_DEFAULT);
+    SCOPED_CLIENT *client = harness_connect(&h, "arm", TFA_WAIT_DEFAULT);
     (void)harness_stop(&h, SIGKILL);
     char more[256];
     snprintf(more, sizeof more, "sed -i 's|^runtime_dir:.*|runtime_dir: %s|' %s", h.runtime_dir,
@@ -292,7 +274,6 @@ TEST(another_robot_is_refused)
     harness_start(&other, "arm");
     assert_int_equal(tfa_client_reconnect(client), TFA_E_SIZE);
     assert_int_equal(ask_arm(client, 1, qdd, TIMEOUT_NS), TFA_E_DISCONNECTED);
-    tfa_client_close(client);
     harness_remove(&other);
     harness_remove(&h);
 }

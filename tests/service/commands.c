@@ -21,73 +21,51 @@ static int command(const harness *h, const char *word)
     return tfa_daemon_command(h->runtime_dir, word, WAIT_MS, text, sizeof text);
 }
 
-static int connect_raw(const harness *h)
-{
-    struct sockaddr_un address = {.sun_family = AF_UNIX};
-    snprintf(address.sun_path, sizeof address.sun_path, "%.80s/" TFA_CONTROL_SOCKET,
-             h->runtime_dir);
-    int fd = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
-    assert_int_equal(connect(fd, (struct sockaddr *)&address, sizeof address), 0);
-    return fd;
-}
-
 TEST(status_counts_requests)
 {
-    harness h;
     double qdd[7];
-    harness_serve(&h, ARM, "");
-    tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
+    SCOPED_HARNESS h = harness_serve(ARM, "");
+    SCOPED_CLIENT *client = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
     for (int i = 0; i < 3; i++)
         assert_int_equal(ask_arm(client, i, qdd, WAIT_NS), TFA_OK);
     assert_int_equal(command(&h, "status"), TFA_OK);
     assert_non_null(strstr(text, "\"name\": \"arm\""));
     assert_non_null(strstr(text, "\"requests\": 3, \"rejected\": 0, \"late\": 0"));
-    tfa_client_close(client);
-    harness_remove(&h);
 }
 
 /* The base's count as well, as tfa_client_info, `totalforce list` and the JSON lines say. */
 TEST(status_counts_the_freedoms_of_a_floating_base)
 {
-    harness h;
-    harness_serve(&h, ARM "    base: floating\n", "");
+    SCOPED_HARNESS h = harness_serve(ARM "    base: floating\n", "");
     assert_int_equal(command(&h, "status"), TFA_OK);
     assert_non_null(strstr(text, "\"joints\": 7, \"freedoms\": 13, \"floating\": true"));
-    harness_remove(&h);
 }
 
 TEST(reload_answers_when_it_is_done)
 {
-    harness h;
-    harness_serve(&h, ARM, "");
+    SCOPED_HARNESS h = harness_serve(ARM, "");
     harness_configure(&h, ARM "    gravity: [0, 0, -2]\n", "");
     assert_int_equal(command(&h, "reload"), TFA_OK);
     assert_non_null(strstr(text, "ok: 1 of 1 models exchanged"));
     harness_configure(&h, ARM "    gravitas: 1\n", "");
     assert_int_equal(command(&h, "reload"), TFA_E_REFUSED);
     assert_int_equal(command(&h, "dance"), TFA_E_REFUSED);
-    harness_remove(&h);
 }
 
 TEST(stop_stops)
 {
-    harness h;
-    int status;
-    harness_serve(&h, ARM, "");
+    SCOPED_HARNESS h = harness_serve(ARM, "");
     assert_int_equal(command(&h, "stop"), TFA_OK);
-    assert_int_equal(waitpid(h.pid, &status, 0), h.pid);
-    assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+    assert_int_equal(child_end(h.pid), 0);
     h.pid = 0;
     assert_int_equal(command(&h, "status"), TFA_E_DISCONNECTED);
-    harness_remove(&h);
 }
 
 /* The operator was told that it timed out: it must not happen later. */
 TEST(a_command_that_timed_out_is_dropped)
 {
     static const char *const words[] = {"reload", "stop"};
-    harness h;
-    harness_serve(&h, ARM, "");
+    SCOPED_HARNESS h = harness_serve(ARM, "");
     harness_configure(&h, ARM "    gravity: [0, 0, -2]\n", "");
     for (int i = 0; i < 2; i++) {
         harness_pause(&h);
@@ -99,8 +77,6 @@ TEST(a_command_that_timed_out_is_dropped)
     /* after a reload that was not dropped there would be nothing to exchange */
     assert_int_equal(command(&h, "reload"), TFA_OK);
     assert_non_null(strstr(text, "ok: 1 of 1 models exchanged"));
-    assert_int_equal(harness_stop(&h, SIGTERM), 0);
-    harness_remove(&h);
 }
 
 /* A peer that has no more to say than its command still waits for the answer. */
@@ -108,12 +84,10 @@ TEST(a_half_closed_peer_is_answered)
 {
     static const char *const words[] = {"status", "reload", "stop"};
     static const char *const answers[] = {"{", "ok: 0 of 1 models exchanged", "ok: stopping"};
-    harness h;
-    int status;
-    harness_serve(&h, ARM, "");
+    SCOPED_HARNESS h = harness_serve(ARM, "");
     for (int i = 0; i < 3; i++) {
         harness_pause(&h);
-        const int fd = connect_raw(&h);
+        const int fd = harness_dial(&h, TFA_CONTROL_SOCKET);
         assert_true(send(fd, words[i], strlen(words[i]), MSG_NOSIGNAL) > 0);
         assert_int_equal(shutdown(fd, SHUT_WR), 0);
         assert_int_equal(kill(h.pid, SIGCONT), 0);
@@ -121,21 +95,17 @@ TEST(a_half_closed_peer_is_answered)
         assert_memory_equal(text, answers[i], strlen(answers[i]));
         close(fd);
     }
-    assert_int_equal(waitpid(h.pid, &status, 0), h.pid);
-    assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+    assert_int_equal(child_end(h.pid), 0);
     h.pid = 0;
-    harness_remove(&h);
 }
 
 /* Others of the sockets' group may look, and no more. */
 TEST(only_its_user_commands)
 {
     enum { NOBODY = 65534 };
-    harness h;
-    int status;
     if (geteuid() != 0)
         skip();
-    harness_serve(&h, ARM, "group: nogroup\n");
+    SCOPED_HARNESS h = harness_serve(ARM, "group: nogroup\n");
     assert_int_equal(chmod(h.directory, 0711), 0);
     const pid_t child = fork();
     if (child == 0) {
@@ -145,16 +115,13 @@ TEST(only_its_user_commands)
               command(&h, "stop") != TFA_E_REFUSED || command(&h, "reload") != TFA_E_REFUSED ||
               command(&h, "record arm 1") != TFA_E_REFUSED);
     }
-    assert_int_equal(waitpid(child, &status, 0), child);
-    assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 0);
-    harness_remove(&h);
+    assert_int_equal(child_end(child), 0);
 }
 
 /* A robot has one description, however often it is asked for, and another after a reload. */
 TEST(descriptions_are_shared)
 {
-    harness h;
-    harness_serve(&h, ARM, "");
+    SCOPED_HARNESS h = harness_serve(ARM, "");
     assert_int_equal(command(&h, "describe nobody"), TFA_E_REFUSED);
     assert_string_equal(text, "error: no robot 'nobody' is served here");
     assert_int_equal(command(&h, "describe arm"), TFA_OK);
@@ -166,33 +133,29 @@ TEST(descriptions_are_shared)
         harness_assert_descriptors(&h, descriptors);
         assert_int_equal(command(&h, "reload"), TFA_OK);
     }
-    harness_remove(&h);
 }
 
 /* Silent peers, garbage, peers that never read: the socket is there for others again. */
 TEST(others_at_the_socket)
 {
-    harness h;
     int fds[20];
     unsigned char garbage[4096];
-    harness_serve(&h, ARM, "");
+    SCOPED_HARNESS h = harness_serve(ARM, "");
     for (size_t i = 0; i < sizeof garbage; i++)
         garbage[i] = (unsigned char)(i * 37);
     for (int i = 0; i < 200; i++) {
-        const int fd = connect_raw(&h);
+        const int fd = harness_dial(&h, TFA_CONTROL_SOCKET);
         (void)!send(fd, garbage, 1 + (size_t)i * 20 % sizeof garbage, MSG_NOSIGNAL);
         close(fd);
     }
     for (int i = 0; i < 20; i++) {
-        fds[i] = connect_raw(&h);
+        fds[i] = harness_dial(&h, TFA_CONTROL_SOCKET);
         if (i % 2)
             (void)!send(fds[i], "status", 6, MSG_NOSIGNAL); /* and does not read */
     }
     assert_true(WAIT_FOR(command(&h, "status") == TFA_OK));
     for (int i = 0; i < 20; i++)
         close(fds[i]);
-    assert_int_equal(harness_stop(&h, SIGTERM), 0);
-    harness_remove(&h);
 }
 
 int main(void)

@@ -9,7 +9,8 @@
 
 #include <unistd.h>
 
-#define ROBOT "robots:\n  - name: arm\n    urdf: " TFA_SOURCE_DIR "/config/robots/arm7.urdf\n"
+#define ARM_URDF TFA_SOURCE_DIR "/config/robots/arm7.urdf"
+#define ROBOT "robots:\n  - name: arm\n    urdf: " ARM_URDF "\n"
 
 /* Loads a text. @return the errors, with the file's name cut off; release with free */
 static char *load(const char *text, int expected, config **out)
@@ -36,10 +37,25 @@ static char *load(const char *text, int expected, config **out)
     return errors;
 }
 
-TEST(defaults_hold)
+SCOPED_POINTER(scoped_config_free, config, config_free)
+#define SCOPED_CONFIG SCOPED(scoped_config_free) config
+
+static config *loaded(const char *text)
 {
     config *c;
-    free(load(ROBOT, TFA_OK, &c));
+    free(load(text, TFA_OK, &c));
+    return c;
+}
+
+static char *errors_of(const char *text)
+{
+    config *c;
+    return load(text, TFA_E_PARSE, &c);
+}
+
+TEST(defaults_hold)
+{
+    SCOPED_CONFIG *c = loaded(ROBOT);
     assert_int_equal(c->workers, 1);
     assert_int_equal(c->spin_ns, 50000);
     assert_true(c->allow_spin);
@@ -54,7 +70,6 @@ TEST(defaults_hold)
     assert_int_equal(c->robots[0].residual, TFA_RESIDUAL_SAME);
     assert_int_equal(c->robots[0].wait, TFA_WAIT_HYBRID);
     assert_int_equal(c->robots[0].gravity_count, 0);
-    config_free(c);
 }
 
 /* Names that the library expands, and relative ones, which start at the configuration file */
@@ -64,19 +79,17 @@ TEST(robots_are_found)
                                         "package://robots/arm7.urdf",
                                         "file://" TFA_SOURCE_DIR "/config/robots/arm7.urdf"};
     char text[512];
-    config *c;
     assert_int_equal(setenv("HOME", TFA_SOURCE_DIR "/config", 1), 0);
     assert_int_equal(setenv("ROS_PACKAGE_PATH", TFA_SOURCE_DIR "/config", 1), 0);
     for (size_t k = 0; k < sizeof names / sizeof *names; k++) {
         snprintf(text, sizeof text, "robots: [{name: arm, urdf: \"%s\"}]\n", names[k]);
-        free(load(text, TFA_OK, &c));
+        SCOPED_CONFIG *c = loaded(text);
         char *path = config_file_path(c, c->robots[0].urdf);
         assert_string_equal(path, TFA_SOURCE_DIR "/config/robots/arm7.urdf");
         free(path);
         path = config_file_path(c, "kernels");
         assert_string_equal(path, "/tmp/kernels");
         free(path);
-        config_free(c);
     }
     assert_int_equal(unsetenv("ROS_PACKAGE_PATH"), 0);
 }
@@ -87,28 +100,24 @@ TEST(deep_nesting_is_refused)
     static const char *const parts[] = {"[", "{a: ", "- ", "? "};
     for (size_t k = 0; k < sizeof parts / sizeof *parts; k++) {
         const size_t length = strlen(parts[k]), count = 100000;
-        char *text = malloc(length * count + 1);
-        config *c;
+        SCOPED_TEXT *text = malloc(length * count + 1);
         assert_non_null(text);
         for (size_t i = 0; i < count; i++)
             memcpy(text + i * length, parts[k], length);
         text[length * count] = 0;
-        char *errors = load(text, TFA_E_PARSE, &c);
+        SCOPED_TEXT *errors = errors_of(text);
         assert_non_null(strstr(errors, "levels deep"));
-        free(errors);
-        free(text);
     }
 }
 
 TEST(values_arrive)
 {
-    config *c;
-    free(load("workers: 2\nallow_spin: off\nrealtime:\n  affinity: [0, 0]\n  mlock: yes\n"
-              "  cpu_dma_latency: 0\nlimits: {clients: 7}\n" ROBOT
-              "    base: floating\n    gravity: [0, 0, -1.62]\n    wait: block\n"
-              "    precision: f32\n    residual: f128\n"
-              "    armature:\n      - {joint: j1, value: 0.25}\n      - {joint: j2, value: 1}\n",
-              TFA_OK, &c));
+    SCOPED_CONFIG *c =
+        loaded("workers: 2\nallow_spin: off\nrealtime:\n  affinity: [0, 0]\n  mlock: yes\n"
+               "  cpu_dma_latency: 0\nlimits: {clients: 7}\n" ROBOT
+               "    base: floating\n    gravity: [0, 0, -1.62]\n    wait: block\n"
+               "    precision: f32\n    residual: f128\n"
+               "    armature:\n      - {joint: j1, value: 0.25}\n      - {joint: j2, value: 1}\n");
     assert_int_equal(c->workers, 2);
     assert_false(c->allow_spin);
     assert_true(c->realtime.mlock);
@@ -125,7 +134,6 @@ TEST(values_arrive)
     assert_int_equal(c->robots[0].armature_count, 2);
     assert_string_equal(c->robots[0].armature[1].joint, "j2");
     assert_true(c->robots[0].armature[0].value == 0.25);
-    config_free(c);
 }
 
 TEST(errors_name_line_and_column)
@@ -214,25 +222,26 @@ TEST(errors_name_line_and_column)
         {ROBOT "    scenes: [{name: s}]\n  - name: arm.s\n    urdf: " TFA_SOURCE_DIR
                "/config/robots/arm7.urdf\n",
          ":5:11: ", "'arm.s' is already the name of robots[0].scenes[0]"},
+        /* a text that ends at a NUL inside it would be another one */
+        {"robots: [{name: \"arm\\0x\", urdf: " ARM_URDF "}]\n", ":1:17: robots[0].name: ", "NUL"},
+        {"robots: [{name: arm, urdf: \"" ARM_URDF "\\0x\"}]\n", ":1:28: robots[0].urdf: ", "NUL"},
+        {"robots: [{\"name\\0x\": arm, urdf: x}]\n", ":1:11: ", "NUL"},
+        {"backend: \"shm\\0x\"\n" ROBOT, ":1:10: backend: ", "NUL"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        config *c;
-        char *errors = load(cases[i].text, TFA_E_PARSE, &c);
+        SCOPED_TEXT *errors = errors_of(cases[i].text);
         if (strncmp(errors, cases[i].location, strlen(cases[i].location)) != 0 ||
             !strstr(errors, cases[i].what))
             fail_msg("case %zu: '%s' should be at '%s' and name '%s'", i, errors, cases[i].location,
                      cases[i].what);
         if (strstr(errors, "CYAML") || strstr(errors, "mapping field"))
             fail_msg("case %zu: '%s' is in the words of a library", i, errors);
-        free(errors);
     }
 }
 
 TEST(several_errors_in_one_go)
 {
-    config *c;
-    char *errors =
-        load("workers: 0\nspin_ns: 2000000000\n" ROBOT "    slots: 5\n", TFA_E_PARSE, &c);
+    char *errors = errors_of("workers: 0\nspin_ns: 2000000000\n" ROBOT "    slots: 5\n");
     assert_non_null(strstr(errors, "workers"));
     assert_non_null(strstr(errors, "spin_ns"));
     assert_non_null(strstr(errors, "slots"));
@@ -274,19 +283,16 @@ TEST(a_runtime_directory_that_is_too_long)
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         char text[1024], remedy[64];
-        config *c;
         snprintf(text, sizeof text, "workers: 1\nruntime_dir: %s\n%s", directory_of(cases[i].fits),
                  cases[i].robots);
-        free(load(text, TFA_OK, &c));
-        config_free(c);
+        config_free(loaded(text));
         snprintf(text, sizeof text, "workers: 1\nruntime_dir: %s\n%s",
                  directory_of(cases[i].fits + 1), cases[i].robots);
-        char *errors = load(text, TFA_E_PARSE, &c);
+        SCOPED_TEXT *errors = errors_of(text);
         snprintf(remedy, sizeof remedy, "choose a runtime_dir of at most %zu", cases[i].fits);
         assert_int_equal(strncmp(errors, ":2:14: runtime_dir: ", 20), 0);
         assert_non_null(strstr(errors, cases[i].what));
         assert_non_null(strstr(errors, remedy));
-        free(errors);
     }
 }
 
@@ -294,14 +300,12 @@ TEST(a_runtime_directory_of_the_environment_that_is_too_long)
 {
     const char *before = getenv("TOTALFORCE_RUNTIME_DIR");
     char *kept = before ? strdup(before) : NULL;
-    config *c;
     assert_int_equal(setenv("TOTALFORCE_RUNTIME_DIR", directory_of(94), 1), 0);
-    char *errors = load(ROBOT, TFA_E_PARSE, &c);
+    char *errors = errors_of(ROBOT);
     assert_int_equal(strncmp(errors, ": TOTALFORCE_RUNTIME_DIR: 94 characters", 39), 0);
     assert_non_null(strstr(errors, "choose a runtime_dir of at most 93"));
     free(errors);
-    free(load("runtime_dir: /run/short\n" ROBOT, TFA_OK, &c)); /* the file decides */
-    config_free(c);
+    config_free(loaded("runtime_dir: /run/short\n" ROBOT)); /* the file decides */
     assert_int_equal(
         kept ? setenv("TOTALFORCE_RUNTIME_DIR", kept, 1) : unsetenv("TOTALFORCE_RUNTIME_DIR"), 0);
     free(kept);
@@ -320,23 +324,17 @@ static char *dump(const config *c)
 /* What is printed can be read again and prints the same. */
 TEST(dump_is_a_fixed_point)
 {
-    config *c;
-    free(load("dds:\n  domain: 3\ngroup: \"a \\\"b\\\"\\n\\t\"\n" ROBOT
-              "    gravity: [0.1, 0, -9.81]\n"
-              "    armature:\n      - {joint: j1, value: 0.1}\n      - {joint: j2, value: 3}\n",
-              TFA_OK, &c));
-    char *first = dump(c);
-    config_free(c);
-    free(load(first, TFA_OK, &c));
+    SCOPED_CONFIG *read = loaded(
+        "dds:\n  domain: 3\ngroup: \"a \\\"b\\\"\\n\\t\"\n" ROBOT "    gravity: [0.1, 0, -9.81]\n"
+        "    armature:\n      - {joint: j1, value: 0.1}\n      - {joint: j2, value: 3}\n");
+    SCOPED_TEXT *first = dump(read);
+    SCOPED_CONFIG *c = loaded(first);
     assert_int_equal(c->dds.domain, 3);
     assert_string_equal(c->group, "a \"b\"\n\t");
     assert_true(c->robots[0].gravity[0] == 0.1);
     assert_int_equal(c->robots[0].armature_count, 2);
-    char *second = dump(c);
+    SCOPED_TEXT *second = dump(c);
     assert_string_equal(first, second);
-    config_free(c);
-    free(first);
-    free(second);
 }
 
 #define SCENES                                                                                     \
@@ -350,8 +348,7 @@ TEST(dump_is_a_fixed_point)
 
 TEST(scenes_arrive)
 {
-    config *c;
-    free(load(SCENES, TFA_OK, &c));
+    SCOPED_CONFIG *c = loaded(SCENES);
     const config_robot *robot = &c->robots[0];
     assert_int_equal(robot->mimic, TFA_MIMIC_PROJECT);
     assert_int_equal(robot->inertia, TFA_INERTIA_STRICT);
@@ -367,14 +364,10 @@ TEST(scenes_arrive)
     assert_true(part->locked[1].pose[2] == 3);
     assert_true(part->payload[0].mass == 2 && part->payload[0].com[1] == 2);
     assert_int_equal(part->payload[0].inertia_count, 6);
-    char *first = dump(c);
-    config_free(c);
-    free(load(first, TFA_OK, &c));
-    char *second = dump(c);
+    SCOPED_TEXT *first = dump(c);
+    SCOPED_CONFIG *again = loaded(first);
+    SCOPED_TEXT *second = dump(again);
     assert_string_equal(first, second);
-    config_free(c);
-    free(first);
-    free(second);
 }
 
 /* What a reload may change is not named, what it may not is. */
@@ -404,30 +397,32 @@ TEST(restart_is_asked_for)
         {ROBOT, "realtime: {cpu_dma_latency: 0}\n" ROBOT, "realtime.cpu_dma_latency is another"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        config *now, *next;
+        SCOPED_CONFIG *now = loaded(cases[i].now), *next = loaded(cases[i].next);
         char text[200] = "";
-        free(load(cases[i].now, TFA_OK, &now));
-        free(load(cases[i].next, TFA_OK, &next));
         assert_int_equal(config_needs_restart(now, next, text, sizeof text), cases[i].text != NULL);
         assert_string_equal(text, cases[i].text ? cases[i].text : "");
-        config_free(now);
-        config_free(next);
     }
+}
+
+static config *example(const char *name)
+{
+    char path[256];
+    config *c;
+    snprintf(path, sizeof path, TFA_SOURCE_DIR "/config/%s.yaml", name);
+    assert_int_equal(config_load(path, stderr, &c), TFA_OK);
+    return c;
 }
 
 /* The shipped examples are good, and full.yaml shows every key at its default. */
 TEST(examples_are_true)
 {
-    config *minimal, *full, *arm, *scenes, *ros2;
-    assert_int_equal(config_load(TFA_SOURCE_DIR "/config/minimal.yaml", stderr, &minimal), TFA_OK);
-    assert_int_equal(config_load(TFA_SOURCE_DIR "/config/full.yaml", stderr, &full), TFA_OK);
-    assert_int_equal(config_load(TFA_SOURCE_DIR "/config/arm.yaml", stderr, &arm), TFA_OK);
-    assert_int_equal(config_load(TFA_SOURCE_DIR "/config/scenes.yaml", stderr, &scenes), TFA_OK);
-    assert_int_equal(config_load(TFA_SOURCE_DIR "/config/ros2.yaml", stderr, &ros2), TFA_OK);
+    SCOPED_CONFIG *minimal = example("minimal"), *full = example("full"), *arm = example("arm"),
+                  *scenes = example("scenes"), *ros2 = example("ros2");
+    assert_true(arm && scenes);
     assert_true(ros2->ros2.enabled && ros2->robots[0].ros2.enabled);
     assert_true(minimal->dds.enabled && !full->dds.enabled);
     minimal->dds.enabled = false; /* everything else of minimal.yaml is a default */
-    char *a = dump(minimal), *b = dump(full);
+    SCOPED_TEXT *a = dump(minimal), *b = dump(full);
     assert_string_equal(a, b);
     FILE *file = fopen(TFA_SOURCE_DIR "/config/full.yaml", "r");
     char text[32768];
@@ -441,11 +436,4 @@ TEST(examples_are_true)
         if (!strstr(text, line + strspn(line, " -")))
             fail_msg("config/full.yaml does not show '%s'", line);
     }
-    free(a);
-    free(b);
-    config_free(minimal);
-    config_free(full);
-    config_free(arm);
-    config_free(scenes);
-    config_free(ros2);
 }

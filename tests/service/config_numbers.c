@@ -442,36 +442,3 @@ TEST(units_are_converted)
     visit_all(convert, 26);
     assert_int_equal(converted, sizeof with_units / sizeof *with_units);
 }
-
-/* ---- text ---- */
-
-/* A text that ends at a NUL inside it would be another one. */
-TEST(a_nul_is_refused)
-{
-    static const struct {
-        const char *text, *location;
-    } cases[] = {
-        {"robots: [{name: \"arm\\0x\", urdf: " TFA_SOURCE_DIR "/config/robots/arm7.urdf}]\n",
-         ":1:17: robots[0].name: "},
-        {"robots: [{name: arm, urdf: \"" TFA_SOURCE_DIR "/config/robots/arm7.urdf\\0x\"}]\n",
-         ":1:28: robots[0].urdf: "},
-        {"robots: [{\"name\\0x\": arm, urdf: x}]\n", ":1:11: "},
-        {"backend: \"shm\\0x\"\nrobots: [{name: arm, urdf: " TFA_SOURCE_DIR
-         "/config/robots/arm7.urdf}]\n",
-         ":1:10: backend: "},
-    };
-    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        char name[] = "/tmp/tfa-numbers-XXXXXX", *errors;
-        config *c = NULL;
-        const int fd = mkstemp(name);
-        assert_int_equal(write(fd, cases[i].text, strlen(cases[i].text)), strlen(cases[i].text));
-        close(fd);
-        const int status = load(name, &errors, &c);
-        unlink(name);
-        if (status != TFA_E_PARSE)
-            fail_msg("case %zu is taken", i);
-        if (!strstr(errors, cases[i].location) || !strstr(errors, "NUL"))
-            fail_msg("%s should be at %s and name the NUL", errors, cases[i].location);
-        free(errors);
-    }
-}

@@ -4,6 +4,7 @@
  * Two processes: sending and receiving, greetings and refusals, start and end.
  */
 #include "harness.h"
+#include "models.h"
 #include "test.h"
 
 #include <signal.h>
@@ -18,18 +19,15 @@
 
 TEST(pipelined)
 {
-    harness h;
     double q[7] = {0}, qdd[7], expected[7];
-    const tfa_request r = {
-        .op = TFA_OP_FORWARD_DYNAMICS, .refine = TFA_REFINE_DEFAULT, .count = 1, .q = q};
+    const tfa_request r = request_fd(q, NULL, NULL);
     tfa_reply reply = {.qdd = qdd};
     tfa_exchange times;
     uint64_t id = 0, first = 0;
-    harness_serve(&h, ARM, "");
+    SCOPED_HARNESS h = harness_serve(ARM, "");
     tfa_client_options options = harness_options(&h, "arm");
-    tfa_client *client;
     options.slots = 4;
-    assert_int_equal(tfa_client_connect(&options, &client), TFA_OK);
+    SCOPED_CLIENT *client = harness_connect_with(&options);
     assert_int_equal(tfa_client_receive(client, &reply, TIMEOUT_NS, NULL), TFA_E_ARGUMENT);
     for (int i = 0; i < 4; i++) {
         q[0] = i;
@@ -49,19 +47,16 @@ TEST(pipelined)
     tfa_request many = r;
     many.count = 2;
     assert_int_equal(tfa_client_call(client, &many, &reply, TIMEOUT_NS, NULL), TFA_E_SIZE);
-    tfa_client_close(client);
-    harness_remove(&h);
 }
 
 /* A stopped daemon: calls time out, their late replies are nobody's, the next call has its own. */
 TEST(timeouts)
 {
     static const tfa_wait waits[] = {TFA_WAIT_SPIN, TFA_WAIT_HYBRID, TFA_WAIT_BLOCK};
-    harness h;
     double qdd[7], good[7];
-    harness_serve(&h, ARM, "");
+    SCOPED_HARNESS h = harness_serve(ARM, "");
     for (int i = 0; i < 3; i++) {
-        tfa_client *client = harness_connect(&h, "arm", waits[i]);
+        SCOPED_CLIENT *client = harness_connect(&h, "arm", waits[i]);
         assert_int_equal(tfa_client_get_info(client)->wait, waits[i]);
         assert_int_equal(ask_arm(client, 1, good, TIMEOUT_NS), TFA_OK);
         harness_pause(&h);
@@ -70,9 +65,7 @@ TEST(timeouts)
         kill(h.pid, SIGCONT);
         assert_int_equal(ask_arm(client, 1, qdd, TIMEOUT_NS), TFA_OK);
         assert_memory_equal(qdd, good, sizeof good);
-        tfa_client_close(client);
     }
-    harness_remove(&h);
 }
 
 /* ---- greetings ---- */
@@ -96,9 +89,9 @@ static tfa_client *connect_soon(const tfa_client_options *options)
 
 TEST(refusals)
 {
-    harness h;
-    harness_make(&h, ARM "    slots: 32\n    max_batch: 8\n",
-                 "allow_spin: no\nlimits: {clients: 5, clients_per_user: 3, memory_mib: 4}\n");
+    SCOPED_HARNESS h =
+        harness_make(ARM "    slots: 32\n    max_batch: 8\n",
+                     "allow_spin: no\nlimits: {clients: 5, clients_per_user: 3, memory_mib: 4}\n");
     tfa_client_options o = harness_options(&h, "arm");
     assert_int_equal(connect_with(&o), TFA_E_DISCONNECTED);
     harness_start(&h, "arm");
@@ -130,39 +123,30 @@ TEST(refusals)
     for (int i = 0; i < 3; i++)
         tfa_client_close(clients[i]);
     assert_true(harness_logged(&h, "limits.memory_mib"));
-    harness_remove(&h);
 }
 
 /* Full: said before the client could greet, heard all the same. */
 TEST(all_clients_connected)
 {
-    harness h;
-    harness_serve(&h, ARM, "limits: {clients: 1}\n");
+    SCOPED_HARNESS h = harness_serve(ARM, "limits: {clients: 1}\n");
     tfa_client_options o = harness_options(&h, "arm");
-    tfa_client *client = connect_soon(&o);
+    SCOPED_CLIENT *client = connect_soon(&o);
     for (int i = 0; i < 200; i++)
         assert_int_equal(connect_with(&o), TFA_E_REFUSED);
-    tfa_client_close(client);
-    harness_remove(&h);
 }
 
 /* ---- start and end ---- */
 
 TEST(second_daemon_refuses)
 {
-    harness h;
     double qdd[7];
-    harness_serve(&h, ARM, "");
+    SCOPED_HARNESS h = harness_serve(ARM, "");
     harness second = h;
-    const int status = harness_run(&second);
-    assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 2);
     char text[64];
     snprintf(text, sizeof text, "another totalforced (pid %d)", (int)h.pid);
-    assert_true(harness_logged(&h, text));
-    tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_DEFAULT);
+    harness_assert_refused(&second, text);
+    SCOPED_CLIENT *client = harness_connect(&h, "arm", TFA_WAIT_DEFAULT);
     assert_int_equal(ask_arm(client, 1, qdd, TIMEOUT_NS), TFA_OK); /* the first is unharmed */
-    tfa_client_close(client);
-    harness_remove(&h);
 }
 
 static bool is_gone(const char *path)
@@ -174,10 +158,9 @@ TEST(stops_clean)
 {
     static const int signals[] = {SIGTERM, SIGINT};
     for (int i = 0; i < 2; i++) {
-        harness h;
         double qdd[7];
-        harness_serve(&h, ARM, "");
-        tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_HYBRID);
+        SCOPED_HARNESS h = harness_serve(ARM, "");
+        SCOPED_CLIENT *client = harness_connect(&h, "arm", TFA_WAIT_HYBRID);
         assert_int_equal(ask_arm(client, 1, qdd, TIMEOUT_NS), TFA_OK);
         kill(h.pid, SIGHUP);
         assert_true(harness_logged(&h, "reload: reading"));
@@ -185,8 +168,6 @@ TEST(stops_clean)
         assert_int_equal(harness_stop(&h, signals[i]), 0);
         assert_true(is_gone(h.runtime_dir));
         assert_int_equal(ask_arm(client, 1, qdd, TIMEOUT_NS), TFA_E_DISCONNECTED);
-        tfa_client_close(client);
-        harness_remove(&h);
     }
 }
 
@@ -199,13 +180,9 @@ TEST(bad_robots_are_named)
         {ARM "    armature: [{joint: nobody, value: 1}]\n", "no joint 'nobody'"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        harness h;
-        harness_make(&h, cases[i].yaml, "");
-        const int status = harness_run(&h);
-        assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 2);
-        assert_true(harness_logged(&h, cases[i].text));
+        SCOPED_HARNESS h = harness_make(cases[i].yaml, "");
+        harness_assert_refused(&h, cases[i].text);
         assert_true(is_gone(h.runtime_dir));
-        harness_remove(&h);
     }
 }
 
@@ -213,19 +190,17 @@ TEST(armature_counts)
 {
     harness plain, with_payload;
     double a[7], b[7];
-    harness_make(&plain, ARM, "");
-    harness_make(&with_payload, ARM "    armature: [{joint: joint_1, value: 1000}]\n", "");
+    plain = harness_make(ARM, "");
+    with_payload = harness_make(ARM "    armature: [{joint: joint_1, value: 1000}]\n", "");
     harness_start(&plain, "arm");
     harness_start(&with_payload, "arm");
-    tfa_client *light = harness_connect(&plain, "arm", TFA_WAIT_DEFAULT);
-    tfa_client *slow = harness_connect(&with_payload, "arm", TFA_WAIT_DEFAULT);
+    SCOPED_CLIENT *light = harness_connect(&plain, "arm", TFA_WAIT_DEFAULT);
+    SCOPED_CLIENT *slow = harness_connect(&with_payload, "arm", TFA_WAIT_DEFAULT);
     assert_int_equal(ask_arm(light, 1, a, TIMEOUT_NS), TFA_OK);
     assert_int_equal(ask_arm(slow, 1, b, TIMEOUT_NS), TFA_OK);
     assert_true(b[0] * b[0] < 1e-4 * a[0] * a[0]);
     assert_string_not_equal(tfa_client_get_info(light)->model_hash,
                             tfa_client_get_info(slow)->model_hash);
-    tfa_client_close(light);
-    tfa_client_close(slow);
     harness_remove(&plain);
     harness_remove(&with_payload);
 }
@@ -240,15 +215,13 @@ TEST(precision_is_taken_in_a_reload)
     } cases[] = {{ARM "    precision: f32\n", 1e-9, 1e-4},
                  {ARM "    precision: f32\n    residual: f64\n", 0, 1e-13},
                  {ARM "    residual: f128\n", 0, 1e-13}};
-    harness h;
     double plain[7], qdd[7];
-    harness_serve(&h, ARM, "");
-    tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_DEFAULT);
+    SCOPED_HARNESS h = harness_serve(ARM, "");
+    SCOPED_CLIENT *client = harness_connect(&h, "arm", TFA_WAIT_DEFAULT);
     assert_int_equal(ask_arm(client, 1, plain, TIMEOUT_NS), TFA_OK);
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         double difference = 0, size = 0;
-        harness_configure(&h, cases[i].yaml, "");
-        assert_int_equal(kill(h.pid, SIGHUP), 0);
+        harness_reload(&h, cases[i].yaml, "");
         assert_true(harness_logged_times(&h, "reload: done, 1 of 1", (unsigned)i + 1));
         assert_int_equal(ask_arm(client, 1, qdd, TIMEOUT_NS), TFA_OK);
         for (int k = 0; k < 7; k++) {
@@ -258,8 +231,6 @@ TEST(precision_is_taken_in_a_reload)
         assert_true(difference >= cases[i].nearest * cases[i].nearest * size);
         assert_true(difference <= cases[i].farthest * cases[i].farthest * size);
     }
-    tfa_client_close(client);
-    harness_remove(&h);
 }
 
 static const struct {
@@ -271,21 +242,20 @@ static const struct {
                 {"    estimate: sampled\n    estimate_every: 5\n", 4}};
 #define POLICIES (sizeof policies / sizeof *policies)
 
-static void start_with_policy(harness *h, size_t policy)
+static harness start_with_policy(size_t policy)
 {
     char yaml[256];
     snprintf(yaml, sizeof yaml, ARM "%s", policies[policy].yaml);
-    harness_serve(h, yaml, "");
+    return harness_serve(yaml, "");
 }
 
 /* The estimate policy: one in `estimate_every` is measured, never, always, or as asked. */
 TEST(estimates_follow_the_policy)
 {
     for (size_t i = 0; i < POLICIES; i++) {
-        harness h;
         const double q[7] = {0.1, 0.2, 0.3};
-        start_with_policy(&h, i);
-        tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_DEFAULT);
+        SCOPED_HARNESS h = start_with_policy(i);
+        SCOPED_CLIENT *client = harness_connect(&h, "arm", TFA_WAIT_DEFAULT);
         int measured = 0;
         for (int k = 0; k < 20; k++) {
             const tfa_request r = {.op = TFA_OP_FORWARD_DYNAMICS,
@@ -300,7 +270,5 @@ TEST(estimates_follow_the_policy)
             measured += (answer.flags & TFA_ANSWER_ESTIMATED) != 0;
         }
         assert_int_equal(measured, policies[i].measured);
-        tfa_client_close(client);
-        harness_remove(&h);
     }
 }

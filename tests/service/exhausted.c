@@ -43,10 +43,9 @@ TEST(address_space_runs_out)
     skip(); /* the sanitizer ends a program without memory */
 #endif
     for (int i = 0; i < 2; i++) {
-        scene s;
         struct rlimit before, few;
         tfa_client *client;
-        open_scene(&s, backends[i]);
+        SCOPED_SCENE s = open_scene(backends[i]);
         tfa_client_options options = harness_options(&s.h, "arm");
         options.slots = 16;
         options.max_batch = 64;
@@ -62,7 +61,6 @@ TEST(address_space_runs_out)
         assert_int_equal(prlimit(s.h.pid, RLIMIT_AS, &before, NULL), 0);
         assert_int_equal(tfa_client_connect(&options, &client), TFA_OK);
         tfa_client_close(client);
-        close_scene(&s);
     }
 }
 
@@ -71,20 +69,18 @@ TEST(address_space_runs_out)
 /* Runs `check` in a mount namespace. It returns whether all is as it should be. */
 static void in_namespace(bool (*check)(void))
 {
-    int status;
     const pid_t child = fork();
     if (child == 0) {
         if (unshare(CLONE_NEWNS) != 0 || mount("none", "/", NULL, MS_REC | MS_PRIVATE, NULL) != 0)
             _exit(SKIPPED);
         _exit(!check());
     }
-    assert_int_equal(waitpid(child, &status, 0), child);
-    assert_true(WIFEXITED(status));
-    if (WEXITSTATUS(status) == SKIPPED) {
+    const int status = child_end(child);
+    if (status == SKIPPED) {
         print_message("not allowed to mount\n");
         skip();
     }
-    assert_int_equal(WEXITSTATUS(status), 0);
+    assert_int_equal(status, 0);
 }
 
 static bool asks(tfa_client *client)
@@ -126,7 +122,7 @@ static void unmount(harness *h)
 static bool start_on_a_full_disk(void)
 {
     harness h;
-    harness_make(&h, ARM, "");
+    h = harness_make(ARM, "");
     mount_runtime_dir(&h, 100);
     bool good = fill(&h);
     harness_start(&h, "arm");
@@ -147,7 +143,7 @@ TEST(the_disk_of_the_runtime_directory_is_full)
 static bool start_without_files(void)
 {
     harness h;
-    harness_make(&h, ARM, "");
+    h = harness_make(ARM, "");
     mount_runtime_dir(&h, 3);
     bool good = fill(&h);
     const int status = harness_run(&h);
@@ -166,7 +162,7 @@ TEST(the_runtime_directory_takes_no_more_files)
 static bool fill_while_it_runs(void)
 {
     harness h;
-    harness_make(&h, ARM, "");
+    h = harness_make(ARM, "");
     mount_runtime_dir(&h, 100);
     harness_start(&h, "arm");
     tfa_client *first = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
@@ -183,6 +179,30 @@ static bool fill_while_it_runs(void)
 TEST(the_disk_fills_up_while_it_runs)
 {
     in_namespace(fill_while_it_runs);
+}
+
+/* A client is refused, and the file system called by its name. */
+static bool fill_shm(void)
+{
+    char text[400];
+    tfa_client *client;
+    if (mount("shm", "/dev/shm", "tmpfs", 0, "size=64k") != 0)
+        _exit(SKIPPED);
+    SCOPED_HARNESS h = harness_make(ARM, "");
+    tfa_client_options options = harness_options(&h, "arm");
+    options.slots = 1;
+    options.max_batch = 64;
+    harness_launch(&h);
+    int status = TFA_E_DISCONNECTED;
+    (void)WAIT_FOR((status = tfa_client_connect(&options, &client)) != TFA_E_DISCONNECTED);
+    (void)tfa_client_explain(&options, status, text, sizeof text);
+    print_message("%s\n", text);
+    return status == TFA_E_REFUSED && strstr(text, "/dev/shm") != NULL;
+}
+
+TEST(shared_memory_is_full)
+{
+    in_namespace(fill_shm);
 }
 
 /* Puts a /dev with the devices that a program may need, and without shm, in place of the other. */
@@ -206,10 +226,9 @@ static void take_shm_away(const harness *h)
 
 static bool lose_shm(void)
 {
-    harness h;
     char text[400] = "";
     tfa_client *client;
-    harness_serve(&h, ARM, "");
+    SCOPED_HARNESS h = harness_serve(ARM, "");
     tfa_client *first = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
     take_shm_away(&h);
     tfa_client_options options = harness_options(&h, "arm");
@@ -219,7 +238,6 @@ static bool lose_shm(void)
     bool good = status != TFA_OK && strstr(text, "/dev/shm: No such") != NULL && asks(first);
     tfa_client_close(first);
     good = good && harness_stop(&h, SIGTERM) == 0;
-    harness_remove(&h);
     return good;
 }
 

@@ -4,6 +4,7 @@
  * The real totalforced under test.
  */
 #include "harness.h"
+#include "models.h"
 
 #include "test.h"
 
@@ -12,7 +13,9 @@
 #include <fcntl.h>
 #include <signal.h>
 #include <sys/prctl.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/un.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -26,14 +29,14 @@ static void write_yaml(FILE *out, const char *text)
     }
 }
 
-void harness_make(harness *h, const char *robots, const char *more)
+harness harness_make(const char *robots, const char *more)
 {
-    memset(h, 0, sizeof *h);
-    strcpy(h->directory, "/tmp/tfa-test-XXXXXX");
-    assert_non_null(mkdtemp(h->directory));
-    snprintf(h->runtime_dir, sizeof h->runtime_dir, "%s/run", h->directory);
-    snprintf(h->config, sizeof h->config, "%s/c.yaml", h->directory);
-    harness_configure(h, robots, more);
+    harness h = {.directory = "/tmp/tfa-test-XXXXXX"};
+    assert_non_null(mkdtemp(h.directory));
+    snprintf(h.runtime_dir, sizeof h.runtime_dir, "%s/run", h.directory);
+    snprintf(h.config, sizeof h.config, "%s/c.yaml", h.directory);
+    harness_configure(&h, robots, more);
+    return h;
 }
 
 void harness_configure(const harness *h, const char *robots, const char *more)
@@ -116,16 +119,94 @@ static int wait_end(harness *h)
     return -1;
 }
 
-void harness_serve(harness *h, const char *robots, const char *more)
+harness harness_serve(const char *robots, const char *more)
 {
-    harness_make(h, robots, more);
-    harness_start(h, "arm");
+    harness h = harness_make(robots, more);
+    harness_start(&h, "arm");
+    return h;
 }
 
 int harness_run(harness *h)
 {
     harness_launch(h);
     return wait_end(h);
+}
+
+void harness_assert_refused(harness *h, const char *reason)
+{
+    const int status = harness_run(h);
+    assert_true(WIFEXITED(status));
+    assert_int_equal(WEXITSTATUS(status), 2);
+    if (!harness_logged(h, reason))
+        fail_msg("'%s' is not said", reason);
+}
+
+int harness_check(const harness *h)
+{
+    char command[512];
+    snprintf(command, sizeof command, "%s/bin/totalforced --check %s 2>>%s/log", TFA_BINARY_DIR,
+             h->config, h->directory);
+    const int status = system(command);
+    assert_true(WIFEXITED(status));
+    return WEXITSTATUS(status);
+}
+
+void harness_assert_mistake(harness *h, const char *reason)
+{
+    assert_int_equal(harness_check(h), 2);
+    if (!harness_logged(h, reason))
+        fail_msg("--check does not say '%s'", reason);
+    const unsigned said = harness_log_lines(h, reason);
+    harness_assert_refused(h, reason);
+    assert_true(harness_log_lines(h, reason) > said);
+}
+
+void harness_reload(const harness *h, const char *robots, const char *more)
+{
+    if (robots)
+        harness_configure(h, robots, more);
+    assert_int_equal(kill(h->pid, SIGHUP), 0);
+}
+
+void harness_write(const harness *h, const char *name, const char *text)
+{
+    char path[160];
+    snprintf(path, sizeof path, "%s/%s", h->directory, name);
+    FILE *out = fopen(path, "w");
+    assert_non_null(out);
+    fputs(text, out);
+    assert_int_equal(fclose(out), 0);
+}
+
+static struct sockaddr_un address_of(const char *directory, const char *name)
+{
+    struct sockaddr_un address = {.sun_family = AF_UNIX};
+    snprintf(address.sun_path, sizeof address.sun_path, "%.80s/%.24s", directory, name);
+    return address;
+}
+
+int harness_dial(const harness *h, const char *name)
+{
+    const struct sockaddr_un address = address_of(h->runtime_dir, name);
+    const int fd = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
+    assert_int_equal(connect(fd, (const struct sockaddr *)&address, sizeof address), 0);
+    return fd;
+}
+
+int socket_at(const char *directory, const char *name, int type, bool listens)
+{
+    const struct sockaddr_un address = address_of(directory, name);
+    const int fd = socket(AF_UNIX, type | SOCK_CLOEXEC, 0);
+    assert_int_equal(bind(fd, (const struct sockaddr *)&address, sizeof address), 0);
+    assert_int_equal(listens ? listen(fd, 16) : 0, 0);
+    return fd;
+}
+
+int child_end(pid_t child)
+{
+    int status;
+    assert_int_equal(waitpid(child, &status, 0), child);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
 }
 
 int harness_stop(harness *h, int signal)
@@ -167,8 +248,10 @@ static void remove_all(const char *directory)
 
 void harness_remove(harness *h)
 {
-    if (h->pid > 0)
-        (void)harness_stop(h, SIGKILL);
+    if (h->pid > 0) {
+        (void)kill(h->pid, SIGCONT);
+        assert_int_equal(harness_stop(h, SIGTERM), 0);
+    }
     remove_all(h->directory);
 }
 
@@ -181,9 +264,14 @@ tfa_client_options harness_options(const harness *h, const char *robot)
 tfa_client *harness_connect(const harness *h, const char *robot, tfa_wait wait)
 {
     tfa_client_options options = harness_options(h, robot);
-    tfa_client *client;
     options.wait = wait;
-    assert_int_equal(tfa_client_connect(&options, &client), TFA_OK);
+    return harness_connect_with(&options);
+}
+
+tfa_client *harness_connect_with(const tfa_client_options *options)
+{
+    tfa_client *client;
+    assert_int_equal(tfa_client_connect(options, &client), TFA_OK);
     return client;
 }
 
@@ -332,12 +420,7 @@ tfa_request arm_request(double x, double q[7], double v[7], double tau[7])
         v[i] = 0.3 * x - 0.2 * i;
         tau[i] = 1 - 0.1 * i;
     }
-    return (tfa_request){.op = TFA_OP_FORWARD_DYNAMICS,
-                         .refine = TFA_REFINE_DEFAULT,
-                         .count = 1,
-                         .q = q,
-                         .v = v,
-                         .tau = tau};
+    return request_fd(q, v, tau);
 }
 
 int ask_arm(tfa_client *client, double x, double qdd[7], uint64_t timeout_ns)

@@ -11,6 +11,7 @@
 #include <sys/types.h>
 #include <totalforce/client.h>
 
+#include "support/scoped.h"
 #include "support/wait.h"
 
 typedef struct harness {
@@ -25,27 +26,47 @@ typedef struct harness {
 /** Makes the directory. `robots` is the YAML below "robots:", `more` other top-level keys. Names
  *  of URDF files start at the source directory: "@/config/robots/arm7.urdf". Without `limits` in
  *  `more`, clients connect as often as they like: how many a second depends on the machine. */
-void harness_make(harness *h, const char *robots, const char *more);
+harness harness_make(const char *robots, const char *more);
 /** Writes another configuration in its place, as harness_make does. */
 void harness_configure(const harness *h, const char *robots, const char *more);
 /** Starts the daemon and waits until it accepts `robot`. */
 void harness_start(harness *h, const char *robot);
 /** harness_make, then harness_start for "arm". */
-void harness_serve(harness *h, const char *robots, const char *more);
+harness harness_serve(const char *robots, const char *more);
 /** Starts it and does not wait. */
 void harness_launch(harness *h);
 /** Starts it and waits until it ended. @return its wait status */
 int harness_run(harness *h);
+/** Starts it; it ends with status 2 and logs the reason. */
+void harness_assert_refused(harness *h, const char *reason);
+/** `totalforced --check`, which writes to the log, too. @return exit status */
+int harness_check(const harness *h);
+/** The same for both. */
+void harness_assert_mistake(harness *h, const char *reason);
 /** Sends a signal and waits for the end. @return wait status */
 int harness_stop(harness *h, int signal);
+/** Another configuration, unless `robots` is NULL, then SIGHUP. */
+void harness_reload(const harness *h, const char *robots, const char *more);
+/** Writes a file of that name beside the configuration. */
+void harness_write(const harness *h, const char *name, const char *text);
+/** Connects to a socket in the runtime directory, "arm.sock". @return its descriptor */
+int harness_dial(const harness *h, const char *name);
+/** A socket of others: its path is `name` in `directory`. @return its descriptor */
+int socket_at(const char *directory, const char *name, int type, bool listens);
+/** Waits for a child. @return its exit status; -signal */
+int child_end(pid_t child);
 /** Sends SIGSTOP and waits until it stands. */
 void harness_pause(const harness *h);
-/** Stops the daemon if it runs; removes the directory. */
+/** Ends the daemon by SIGTERM if it runs, and it must end well; removes the directory. */
 void harness_remove(harness *h);
+#define SCOPED_HARNESS SCOPED(harness_remove) harness
 
 tfa_client_options harness_options(const harness *h, const char *robot);
 /** Connects or fails the test. */
 tfa_client *harness_connect(const harness *h, const char *robot, tfa_wait wait);
+tfa_client *harness_connect_with(const tfa_client_options *options);
+SCOPED_POINTER(scoped_client_close, tfa_client, tfa_client_close)
+#define SCOPED_CLIENT SCOPED(scoped_client_close) tfa_client
 
 /** Shared memory of the daemon that others could open by its name, or that would stay behind. */
 int harness_named_segments(const harness *h);

@@ -26,10 +26,9 @@ static struct random_source bits = {1};
 
 TEST(truncates_its_requests)
 {
-    scene s;
-    open_scene(&s, "");
+    SCOPED_SCENE s = open_scene("");
     for (int i = 0; i < 20; i++) {
-        raw_client v = connect_client(&s.h, i & 1 ? TFA_WAIT_SPIN : TFA_WAIT_BLOCK);
+        SCOPED_RAW_CLIENT v = connect_client(&s.h, i & 1 ? TFA_WAIT_SPIN : TFA_WAIT_BLOCK);
         /* to nothing, or to one page, so that the worker falls over a later slot */
         assert_int_equal(ftruncate(v.fds[TFA_WELCOME_REQUESTS], i & 2 ? 4096 : 0), 0);
         if (i & 2) {
@@ -41,19 +40,16 @@ TEST(truncates_its_requests)
         wake(&v);
         assert_hung_up(v.socket);
         assert_unharmed(&s);
-        disconnect_client(&v);
     }
     assert_true(harness_logged(&s.h, "its memory"));
-    close_scene(&s);
 }
 
 TEST(replies_are_out_of_reach)
 {
     static const char *const backends[] = {"backend: shm\n", "backend: memfd\n"};
     for (int i = 0; i < 2; i++) {
-        scene s;
-        open_scene(&s, backends[i]);
-        raw_client v = connect_client(&s.h, TFA_WAIT_BLOCK);
+        SCOPED_SCENE s = open_scene(backends[i]);
+        SCOPED_RAW_CLIENT v = connect_client(&s.h, TFA_WAIT_BLOCK);
         static const int readonly[] = {TFA_WELCOME_REPLIES, TFA_WELCOME_NAMES};
         for (int k = 0; k < 2; k++) {
             const int fd = v.fds[readonly[k]];
@@ -65,8 +61,6 @@ TEST(replies_are_out_of_reach)
             assert_int_not_equal(ftruncate(v.fds[TFA_WELCOME_REQUESTS], 0), 0);
             assert_int_equal(errno, EPERM); /* sealed */
         }
-        disconnect_client(&v);
-        close_scene(&s);
     }
 }
 
@@ -75,9 +69,8 @@ TEST(replies_are_out_of_reach)
 /* Random bytes under a good sequence number: every one is answered, most with a refusal. */
 TEST(writes_garbage)
 {
-    scene s;
-    open_scene(&s, "");
-    raw_client v = connect_client(&s.h, TFA_WAIT_HYBRID);
+    SCOPED_SCENE s = open_scene("");
+    SCOPED_RAW_CLIENT v = connect_client(&s.h, TFA_WAIT_HYBRID);
     const uint32_t dof = v.welcome.shape.q_count + v.welcome.shape.v_count;
     for (int i = 0; i < 5000; i++) {
         uint64_t *slot = tfa_ring_next_request(&v.ring);
@@ -102,8 +95,6 @@ TEST(writes_garbage)
         if (i % 500 == 0)
             assert_unharmed(&s);
     }
-    disconnect_client(&v);
-    close_scene(&s);
 }
 
 /* What the counts and blocks of a request whose other bytes are 0 deserve. A block without a count
@@ -149,9 +140,8 @@ static void exchange_line(raw_client *v, const tfa_wire_request *line)
 /* Counts without blocks, blocks without counts, counts beyond everything: each refused by name. */
 TEST(counts_without_measure)
 {
-    scene s;
-    open_scene(&s, "");
-    raw_client v = connect_client(&s.h, TFA_WAIT_HYBRID);
+    SCOPED_SCENE s = open_scene("");
+    SCOPED_RAW_CLIENT v = connect_client(&s.h, TFA_WAIT_HYBRID);
     const tfa_wire_shape *shape = &v.welcome.shape;
     const uint32_t joints[] = {0, 1, shape->v_count, shape->v_count + 1, UINT32_MAX};
     static const uint8_t payloads[] = {0, 1, TFA_MAX_PAYLOADS + 1, 255};
@@ -170,15 +160,12 @@ TEST(counts_without_measure)
         if (i % 20 == 0)
             assert_unharmed(&s);
     }
-    disconnect_client(&v);
-    close_scene(&s);
 }
 
 TEST(sequence_outside_the_window)
 {
     static const uint64_t numbers[] = {2, 9, 1000, UINT64_MAX, UINT64_MAX - 8};
-    scene s;
-    open_scene(&s, "");
+    SCOPED_SCENE s = open_scene("");
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
         raw_client v = connect_client(&s.h, TFA_WAIT_BLOCK);
         tfa_wire_request *line = tfa_ring_next_request(&v.ring);
@@ -188,15 +175,13 @@ TEST(sequence_outside_the_window)
         disconnect_client(&v);
         assert_unharmed(&s);
     }
-    close_scene(&s);
 }
 
 /* Fills the ring again and again and never reads a reply; says it sleeps, too. */
 TEST(fills_the_ring)
 {
-    scene s;
-    open_scene(&s, "");
-    raw_client v = connect_client(&s.h, TFA_WAIT_HYBRID);
+    SCOPED_SCENE s = open_scene("");
+    SCOPED_RAW_CLIENT v = connect_client(&s.h, TFA_WAIT_HYBRID);
     const pid_t child = fork();
     if (child == 0) {
         (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
@@ -215,8 +200,6 @@ TEST(fills_the_ring)
     for (int i = 0; i < 200; i++)
         assert_unharmed(&s);
     kill(child, SIGKILL);
-    disconnect_client(&v);
-    close_scene(&s);
 }
 
 /* ---- stopped in the middle ---- */
@@ -277,10 +260,9 @@ TEST(stopped_in_mid_request)
 {
     static const tfa_wait waits[] = {TFA_WAIT_SPIN, TFA_WAIT_HYBRID, TFA_WAIT_BLOCK};
     static const uint64_t published[] = {0, 3, 8};
-    scene s;
-    open_scene(&s, "");
+    SCOPED_SCENE s = open_scene("");
     for (int i = 0; i < 9; i++) {
-        raw_client v = connect_client(&s.h, waits[i / 3]);
+        SCOPED_RAW_CLIENT v = connect_client(&s.h, waits[i / 3]);
         const uint64_t count = published[i % 3], slots = v.ring.layout.slots;
         const pid_t child = stop_in_mid_request(v, count);
         for (int k = 0; k < 20; k++)
@@ -291,9 +273,7 @@ TEST(stopped_in_mid_request)
         assert_int_equal(waitpid(child, NULL, 0), child);
         if (count < slots)
             assert_replies(&v, count + 1, count + 1);
-        disconnect_client(&v);
     }
-    close_scene(&s);
 }
 
 /* ---- many at once ---- */
@@ -306,8 +286,7 @@ TEST(stopped_in_mid_request)
  * costs. */
 TEST(beside_each_attack)
 {
-    scene s;
-    open_scene(&s, CROWD);
+    SCOPED_SCENE s = open_scene(CROWD);
     for (size_t i = 0; i < attack_count; i++) {
         const pid_t child = attack_start(&attacks[i], &s.h);
         for (int k = 0; k < 20; k++)
@@ -315,7 +294,6 @@ TEST(beside_each_attack)
         assert_true(WAIT_FOR((assert_unharmed(&s), attack_steps() >= attacks[i].steps)));
         attack_stop(child);
     }
-    close_scene(&s);
 }
 
 static uint64_t heartbeat(const harness *h)
@@ -342,17 +320,15 @@ TEST(progress_and_end_under_attack)
 {
     static const char *const heavy[] = {"spectra of 8 tips", "batches of 64, 4 tips, spectra"};
     for (size_t i = 0; i < attack_count; i++) {
-        harness h;
         if (strcmp(attacks[i].name, heavy[0]) != 0 && strcmp(attacks[i].name, heavy[1]) != 0)
             continue;
-        harness_serve(&h, ARM, CROWD);
+        SCOPED_HARNESS h = harness_serve(ARM, CROWD);
         const pid_t child = attack_start(&attacks[i], &h);
         assert_true(WAIT_FOR(attack_steps() >= attacks[i].steps));
         for (int k = 0; k < 5; k++)
             await_heartbeat(&h);
         assert_int_equal(harness_stop(&h, SIGTERM), 0);
         attack_stop(child);
-        harness_remove(&h);
     }
 }
 
@@ -360,8 +336,7 @@ TEST(progress_and_end_under_attack)
 
 TEST(garbage_handshake)
 {
-    scene s;
-    open_scene(&s, "");
+    SCOPED_SCENE s = open_scene("");
     for (int i = 0; i < 100; i++) {
         unsigned char bytes[512];
         tfa_welcome w;
@@ -386,26 +361,21 @@ TEST(garbage_handshake)
         assert_int_equal(recv(fd, &w, sizeof w, 0), 0); /* then it hangs up */
         close(fd);
     }
-    close_scene(&s);
 }
 
 TEST(sends_after_the_handshake)
 {
-    scene s;
-    open_scene(&s, "");
-    raw_client v = connect_client(&s.h, TFA_WAIT_BLOCK);
+    SCOPED_SCENE s = open_scene("");
+    SCOPED_RAW_CLIENT v = connect_client(&s.h, TFA_WAIT_BLOCK);
     const tfa_hello again = good_hello(TFA_WAIT_BLOCK);
     assert_int_equal(send(v.socket, &again, sizeof again, 0), sizeof again);
     assert_hung_up(v.socket);
-    disconnect_client(&v);
-    close_scene(&s);
 }
 
 /* Says nothing: turned out after a while. Takes the welcome and never reads it: no harm. */
 TEST(clients_without_handshake)
 {
-    scene s;
-    open_scene(&s, "");
+    SCOPED_SCENE s = open_scene("");
     int silent[10], deaf[10];
     const tfa_hello hello = good_hello(TFA_WAIT_BLOCK);
     for (int i = 0; i < 10; i++) {
@@ -420,7 +390,6 @@ TEST(clients_without_handshake)
         close(silent[i]);
         close(deaf[i]);
     }
-    close_scene(&s);
 }
 
 /* @return false: some were turned out for their silence, before the last ones came */
@@ -440,10 +409,8 @@ static bool most_are_refused(const harness *h)
 
 TEST(too_many_clients)
 {
-    scene s;
-    open_scene(&s, "limits: {clients: 4}\n");
+    SCOPED_SCENE s = open_scene("limits: {clients: 4}\n");
     assert_true(WAIT_FOR(most_are_refused(&s.h)));
-    close_scene(&s);
 }
 
 int main(int argc, char **argv)

@@ -11,15 +11,12 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <grp.h>
-#include <sched.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <sys/mman.h>
-#include <sys/mount.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 static const char *const backends[] = {"backend: shm\n", "backend: memfd\n"};
@@ -48,35 +45,30 @@ static bool three_of_six_are_refused(const harness *h)
 /* Connections that have said nothing use up the quota of their user, and are named as the cause. */
 TEST(silent_connections_count)
 {
-    scene s;
-    open_scene(&s, "limits: {clients: 20, clients_per_user: 4}\n");
+    SCOPED_SCENE s = open_scene("limits: {clients: 20, clients_per_user: 4}\n");
     assert_true(WAIT_FOR(three_of_six_are_refused(&s.h)));
     assert_true(harness_logged(&s.h, "clients_per_user"));
-    close_scene(&s);
 }
 
 /* Memory is counted by user. */
 TEST(memory_of_a_user_is_limited)
 {
-    scene s;
     tfa_client *client;
-    open_scene(&s, "limits: {memory_mib: 64, memory_mib_per_user: 2}\n");
+    SCOPED_SCENE s = open_scene("limits: {memory_mib: 64, memory_mib_per_user: 2}\n");
     tfa_client_options options = harness_options(&s.h, "arm");
     options.slots = 64;
     options.max_batch = 64;
     assert_int_equal(tfa_client_connect(&options, &client), TFA_E_REFUSED);
     assert_true(harness_logged(&s.h, "memory_mib_per_user"));
-    close_scene(&s);
 }
 
 /* A request segment that grows, by its size or by pages behind its end, ends its client, and the
  * daemon lets go of the memory. */
 TEST(grown_segments)
 {
-    scene s;
-    open_scene(&s, "");
+    SCOPED_SCENE s = open_scene("");
     for (int i = 0; i < 2; i++) {
-        raw_client v = connect_client(&s.h, TFA_WAIT_BLOCK);
+        SCOPED_RAW_CLIENT v = connect_client(&s.h, TFA_WAIT_BLOCK);
         const int fd = v.fds[TFA_WELCOME_REQUESTS];
         const off_t size = (off_t)v.ring.layout.request_bytes;
         if (i == 0)
@@ -85,10 +77,8 @@ TEST(grown_segments)
             assert_int_equal(fallocate(fd, FALLOC_FL_KEEP_SIZE, size, 8 << 20), 0);
         assert_hung_up(v.socket);
         assert_unharmed(&s);
-        disconnect_client(&v);
     }
     assert_true(harness_logged(&s.h, "changed the size of its memory"));
-    close_scene(&s);
 }
 
 /* A client of the daemon's own user opens what it may only read a second time, for writing: with
@@ -97,10 +87,9 @@ TEST(reopened_for_writing)
 {
     static const int readonly[] = {TFA_WELCOME_REPLIES, TFA_WELCOME_NAMES};
     for (int k = 0; k < 2; k++) {
-        scene s;
-        open_scene(&s, backends[k]);
+        SCOPED_SCENE s = open_scene(backends[k]);
         for (int i = 0; i < 2; i++) {
-            raw_client v = connect_client(&s.h, TFA_WAIT_BLOCK);
+            SCOPED_RAW_CLIENT v = connect_client(&s.h, TFA_WAIT_BLOCK);
             char path[64];
             snprintf(path, sizeof path, "/proc/self/fd/%d", v.fds[readonly[i]]);
             const int fd = open(path, O_RDWR);
@@ -123,9 +112,7 @@ TEST(reopened_for_writing)
                 assert_hung_up(v.socket);
             assert_unharmed(&s);
             close(fd);
-            disconnect_client(&v);
         }
-        close_scene(&s);
     }
 }
 
@@ -143,7 +130,6 @@ static int greet(const harness *h)
 static int as_nobody(scene *s, int connections)
 {
     enum { NOBODY = 65534 };
-    int result = 0;
     assert_int_equal(chmod(s->h.directory, 0711), 0);
     const pid_t child = fork();
     if (child == 0) {
@@ -154,9 +140,7 @@ static int as_nobody(scene *s, int connections)
             last = greet(&s->h);
         _exit(-last);
     }
-    assert_int_equal(waitpid(child, &result, 0), child);
-    assert_true(WIFEXITED(result));
-    return -WEXITSTATUS(result);
+    return -child_end(child);
 }
 
 /* A user whom the sockets' group lets in, but not the list of users or groups. */
@@ -178,7 +162,7 @@ TEST(allowed_users_and_groups)
         scene s;
         char more[128];
         snprintf(more, sizeof more, "group: nogroup\n%s", cases[i].lists);
-        open_scene(&s, more);
+        s = open_scene(more);
         assert_int_equal(as_nobody(&s, 1), cases[i].status);
         close_scene(&s);
     }
@@ -187,25 +171,21 @@ TEST(allowed_users_and_groups)
 /* A user with as many connections as it may have locks nobody else out. */
 TEST(users_have_quotas_of_their_own)
 {
-    scene s;
     if (geteuid() != 0)
         skip();
-    open_scene(&s, "group: nogroup\nlimits: {clients: 8, clients_per_user: 4}\n");
+    SCOPED_SCENE s = open_scene("group: nogroup\nlimits: {clients: 8, clients_per_user: 4}\n");
     assert_int_equal(as_nobody(&s, 5), TFA_E_REFUSED);
-    tfa_client *client = harness_connect(&s.h, "arm", TFA_WAIT_BLOCK);
-    tfa_client_close(client);
-    close_scene(&s);
+    SCOPED_CLIENT *client = harness_connect(&s.h, "arm", TFA_WAIT_BLOCK);
 }
 
 /* Without descriptors left the daemon turns clients away, says so, and serves the others. */
 TEST(descriptors_run_out)
 {
-    scene s;
     struct rlimit before, few;
     tfa_client_options options;
     tfa_client *client;
     char text[256];
-    open_scene(&s, "");
+    SCOPED_SCENE s = open_scene("");
     options = harness_options(&s.h, "arm");
     assert_int_equal(prlimit(s.h.pid, RLIMIT_NOFILE, NULL, &before), 0);
     few = before;
@@ -221,45 +201,6 @@ TEST(descriptors_run_out)
     assert_int_equal(prlimit(s.h.pid, RLIMIT_NOFILE, &before, NULL), 0);
     assert_int_equal(tfa_client_connect(&options, &client), TFA_OK);
     tfa_client_close(client);
-    close_scene(&s);
-}
-
-/* A /dev/shm of its own, too small for a client. @return 0: as it should be; 77: not to be had */
-static int fill_shm(void)
-{
-    harness h;
-    char text[400];
-    tfa_client *client;
-    if (unshare(CLONE_NEWNS) != 0 || mount("none", "/", NULL, MS_REC | MS_PRIVATE, NULL) != 0 ||
-        mount("shm", "/dev/shm", "tmpfs", 0, "size=64k") != 0)
-        return 77;
-    harness_make(&h, ARM, "");
-    tfa_client_options options = harness_options(&h, "arm");
-    options.slots = 1;
-    options.max_batch = 64;
-    harness_launch(&h);
-    int status = TFA_E_DISCONNECTED;
-    (void)WAIT_FOR((status = tfa_client_connect(&options, &client)) != TFA_E_DISCONNECTED);
-    (void)tfa_client_explain(&options, status, text, sizeof text);
-    const bool explained = status == TFA_E_REFUSED && strstr(text, "/dev/shm") != NULL;
-    print_message("%s\n", text);
-    (void)harness_stop(&h, SIGTERM);
-    harness_remove(&h);
-    return explained ? 0 : 1;
-}
-
-/* A full /dev/shm is called by its name. */
-TEST(shared_memory_is_full)
-{
-    int status;
-    const pid_t child = fork();
-    if (child == 0)
-        _exit(fill_shm());
-    assert_int_equal(waitpid(child, &status, 0), child);
-    assert_true(WIFEXITED(status));
-    if (WEXITSTATUS(status) == 77)
-        skip();
-    assert_int_equal(WEXITSTATUS(status), 0);
 }
 
 /* Kinds of requests that the configuration takes away, by field; everything else is answered. */
@@ -282,15 +223,13 @@ TEST(refused_kinds)
     };
     static const double zeros[14];
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        harness h;
         char robots[256];
         double qdd[14];
-        tfa_client *client;
         snprintf(robots, sizeof robots, ARM "    refuse: [%s]\n", cases[i].word);
-        harness_serve(&h, robots, "");
+        SCOPED_HARNESS h = harness_serve(robots, "");
         tfa_client_options options = harness_options(&h, "arm");
         options.max_batch = 2;
-        assert_int_equal(tfa_client_connect(&options, &client), TFA_OK);
+        SCOPED_CLIENT *client = harness_connect_with(&options);
         tfa_request r = cases[i].change;
         r.op = r.op ? r.op : TFA_OP_FORWARD_DYNAMICS;
         r.count = r.count ? r.count : 1;
@@ -299,8 +238,6 @@ TEST(refused_kinds)
         assert_int_equal(tfa_client_call(client, &r, &reply, WAIT_NS, NULL), TFA_E_REFUSED);
         assert_int_equal(reply.field, cases[i].field);
         assert_int_equal(ask_arm(client, 1, qdd, WAIT_NS), TFA_OK);
-        tfa_client_close(client);
-        harness_remove(&h);
     }
 }
 
@@ -320,7 +257,7 @@ TEST(tips_are_limited)
     harness h;
     char text[400];
     tfa_client *client;
-    harness_serve(&h, ARM "    max_tips: 2\n", "");
+    h = harness_serve(ARM "    max_tips: 2\n", "");
     tfa_client_options options = harness_options(&h, "arm");
     options.max_tips = TFA_MAX_TIPS + 1;
     assert_int_equal(tfa_client_connect(&options, &client), TFA_E_SIZE);
@@ -336,7 +273,7 @@ TEST(tips_are_limited)
     tfa_client_close(client);
     harness_remove(&h);
     /* 0.7 MiB a connection, and the daemon may not have noticed yet that the last one is closed */
-    harness_serve(&h, ARM, "limits: {memory_mib_per_user: 2}\n");
+    h = harness_serve(ARM, "limits: {memory_mib_per_user: 2}\n");
     options = harness_options(&h, "arm");
     /* one still leaves */
     assert_true(WAIT_FOR((sleep_ms(5), tfa_client_connect(&options, &client) == TFA_OK)));
@@ -352,12 +289,8 @@ TEST(tips_are_limited)
 /* Names that do not exist are errors with their place. */
 TEST(unknown_names_are_refused)
 {
-    harness h;
-    harness_make(&h, ARM, "allow_users: [nobody, nobodi]\n");
-    const int status = harness_run(&h);
-    assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 2);
-    assert_true(harness_logged(&h, "allow_users[1]: 'nobodi' does not exist"));
-    harness_remove(&h);
+    SCOPED_HARNESS h = harness_make(ARM, "allow_users: [nobody, nobodi]\n");
+    harness_assert_refused(&h, "allow_users[1]: 'nobodi' does not exist");
 }
 
 int main(void)

@@ -28,14 +28,13 @@ static void expect(load_client *l, int which, const tfa_model *model)
 {
     double numbers[3][LOAD_JOINTS];
     l->tags[which] = tfa_model_tag(model);
-    tfa_workspace *w = workspace_for(model, NULL);
+    SCOPED_WORKSPACE *w = workspace_for(model, NULL);
     for (uint32_t s = 0; s < LOAD_STATES; s++) {
         const tfa_request r = make_request(s, numbers);
         tfa_reply reply = {.qdd = l->expected[which][s]};
         assert_int_equal(tfa_compute(w, &r, &reply), TFA_OK);
         assert_true(reply.model == l->tags[which]);
     }
-    tfa_workspace_free(w);
 }
 
 static const char *check(const load_client *l, uint32_t state, const tfa_reply *reply, int *model)

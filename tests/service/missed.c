@@ -19,17 +19,16 @@ typedef struct scene {
     double expected[7];
 } scene;
 
-static void open_scene(scene *s)
+static scene open_scene(void)
 {
-    harness_serve(&s->h, ARM, "");
-    s->client = harness_connect(&s->h, "arm", TFA_WAIT_BLOCK);
-    assert_int_equal(ask_arm(s->client, 1, s->expected, WAIT_NS), TFA_OK);
-    assert_int_equal(
-        tfa_model_load(TFA_SOURCE_DIR "/config/robots/arm7.urdf", NULL, NULL, &s->model), TFA_OK);
-    s->workspace = workspace_for(s->model, NULL);
+    scene s = {.h = harness_serve(ARM, ""), .model = bundled_model("arm7.urdf", NULL)};
+    s.client = harness_connect(&s.h, "arm", TFA_WAIT_BLOCK);
+    assert_int_equal(ask_arm(s.client, 1, s.expected, WAIT_NS), TFA_OK);
+    s.workspace = workspace_for(s.model, NULL);
     const tfa_client_fallback fallback = {
-        .model = s->model, .workspace = s->workspace, .attempt_us = 1000000};
-    assert_int_equal(tfa_client_set_fallback(s->client, &fallback), TFA_OK);
+        .model = s.model, .workspace = s.workspace, .attempt_us = 1000000};
+    assert_int_equal(tfa_client_set_fallback(s.client, &fallback), TFA_OK);
+    return s;
 }
 
 static void close_scene(scene *s)
@@ -39,6 +38,7 @@ static void close_scene(scene *s)
     tfa_model_free(s->model);
     harness_remove(&s->h);
 }
+#define SCOPED_SCENE SCOPED(close_scene) scene
 
 /* One call. @return why the daemon did not answer it; TFA_OK: it did */
 static int who_answers(scene *s, uint64_t timeout_ns)
@@ -60,15 +60,13 @@ static void wait_for_the_daemon(scene *s)
 
 TEST(killed_daemon)
 {
-    scene s;
-    open_scene(&s);
+    SCOPED_SCENE s = open_scene();
     assert_int_equal(who_answers(&s, WAIT_NS), TFA_OK);
     (void)harness_stop(&s.h, SIGKILL);
     for (int i = 0; i < 20; i++)
         assert_int_equal(who_answers(&s, WAIT_NS), TFA_E_DISCONNECTED);
     harness_start(&s.h, "arm");
     wait_for_the_daemon(&s);
-    close_scene(&s);
 }
 
 #define EVERY_OP_NUMBERS 269
@@ -104,35 +102,29 @@ static void ask_every_op(scene *s, double (*x)[EVERY_OP_NUMBERS], int daemon)
 TEST(every_op_in_process)
 {
     static double asked[TFA_OP_LAST + 1][EVERY_OP_NUMBERS], here[TFA_OP_LAST + 1][EVERY_OP_NUMBERS];
-    scene s;
-    open_scene(&s);
+    SCOPED_SCENE s = open_scene();
     ask_every_op(&s, asked, TFA_OK);
     (void)harness_stop(&s.h, SIGKILL);
     ask_every_op(&s, here, TFA_E_DISCONNECTED);
     assert_memory_equal(asked, here, sizeof here);
-    close_scene(&s);
 }
 
 TEST(stopped_daemon)
 {
-    scene s;
-    open_scene(&s);
+    SCOPED_SCENE s = open_scene();
     harness_pause(&s.h);
     for (int i = 0; i < 5; i++)
         assert_int_equal(who_answers(&s, 10000000), TFA_E_TIMEOUT);
     assert_int_equal(kill(s.h.pid, SIGCONT), 0);
     wait_for_the_daemon(&s);
-    close_scene(&s);
 }
 
 /* The program's model is not the daemon's any more: then there is no answer in process. */
 TEST(exchanged_model)
 {
-    scene s;
     double qdd[7];
-    open_scene(&s);
-    harness_configure(&s.h, ARM "    gravity: [0, 0, -1]\n", "");
-    assert_int_equal(kill(s.h.pid, SIGHUP), 0);
+    SCOPED_SCENE s = open_scene();
+    harness_reload(&s.h, ARM "    gravity: [0, 0, -1]\n", "");
     assert_true(harness_logged(&s.h, "reload: done"));
     assert_int_equal(ask_arm(s.client, 1, qdd, WAIT_NS), TFA_OK);
     (void)harness_stop(&s.h, SIGKILL);
@@ -140,33 +132,28 @@ TEST(exchanged_model)
     const tfa_client_fallback old = {.model = s.model, .workspace = s.workspace};
     assert_int_equal(tfa_client_set_fallback(s.client, &old), TFA_E_MODEL);
     assert_int_equal(tfa_client_set_fallback(s.client, NULL), TFA_OK);
-    close_scene(&s);
 }
 
 /* Without a timeout a daemon that stands still is noticed all the same. */
 TEST(no_timeout_and_no_progress)
 {
     static const tfa_wait waits[] = {TFA_WAIT_SPIN, TFA_WAIT_HYBRID, TFA_WAIT_BLOCK};
-    harness h;
     double qdd[7];
-    harness_serve(&h, ARM, "");
+    SCOPED_HARNESS h = harness_serve(ARM, "");
     for (int i = 0; i < 3; i++) {
-        tfa_client *client = harness_connect(&h, "arm", waits[i]);
+        SCOPED_CLIENT *client = harness_connect(&h, "arm", waits[i]);
         harness_pause(&h);
         assert_int_equal(ask_arm(client, 1, qdd, 0), TFA_E_TIMEOUT);
         assert_int_equal(kill(h.pid, SIGCONT), 0);
         assert_int_equal(ask_arm(client, 1, qdd, WAIT_NS), TFA_OK);
-        tfa_client_close(client);
     }
-    harness_remove(&h);
 }
 
 /* Requests that wait longer than their deadline are refused by name; others are answered. */
 TEST(deadlines)
 {
-    harness h;
     double q[7], v[7], tau[7], qdd[7];
-    harness_serve(&h, ARM, "");
+    SCOPED_HARNESS h = harness_serve(ARM, "");
     tfa_client_options options = harness_options(&h, "arm");
     tfa_client *hurried, *patient;
     assert_int_equal(tfa_client_connect(&options, &patient), TFA_OK);
@@ -183,16 +170,14 @@ TEST(deadlines)
     assert_int_equal(tfa_client_receive(patient, &reply, WAIT_NS, NULL), TFA_OK);
     tfa_client_close(hurried);
     tfa_client_close(patient);
-    harness_remove(&h);
 }
 
 /* A lost request is reported once, before anything else is asked; an answered one never. */
 TEST(losses_are_reported_first)
 {
-    harness h;
     double q[7], v[7], tau[7], qdd[7];
-    harness_serve(&h, ARM, "");
-    tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
+    SCOPED_HARNESS h = harness_serve(ARM, "");
+    SCOPED_CLIENT *client = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
     const tfa_request r = arm_request(1, q, v, tau);
     for (uint64_t round = 0; round < 2; round++) {
         tfa_reply reply = {.qdd = qdd};
@@ -208,32 +193,27 @@ TEST(losses_are_reported_first)
         assert_int_equal(exchange.id, id);
         assert_int_equal(ask_arm(client, 1, qdd, WAIT_NS), TFA_OK);
     }
-    tfa_client_close(client);
-    harness_remove(&h);
 }
 
 /* The daemon's reason reaches the user. */
 TEST(refusals_are_explained)
 {
-    harness h;
     char text[400];
     tfa_client *client;
-    harness_serve(&h, ARM, "limits: {memory_mib_per_user: 1}\n");
+    SCOPED_HARNESS h = harness_serve(ARM, "limits: {memory_mib_per_user: 1}\n");
     tfa_client_options options = harness_options(&h, "arm");
     options.slots = options.max_batch = 64;
     const int status = tfa_client_connect(&options, &client);
     assert_int_equal(status, TFA_E_REFUSED);
     (void)tfa_client_explain(&options, status, text, sizeof text);
     assert_non_null(strstr(text, "limits.memory_mib_per_user (1)"));
-    harness_remove(&h);
 }
 
 TEST(a_stopped_daemon_is_explained)
 {
-    harness h;
     char text[400];
     tfa_client *client;
-    harness_serve(&h, ARM, "");
+    SCOPED_HARNESS h = harness_serve(ARM, "");
     tfa_client_options options = harness_options(&h, "arm");
     options.connect_timeout_ms = 100;
     harness_pause(&h);
@@ -242,5 +222,4 @@ TEST(a_stopped_daemon_is_explained)
     (void)tfa_client_explain(&options, status, text, sizeof text);
     assert_non_null(strstr(text, "does not answer"));
     assert_non_null(strstr(text, h.runtime_dir));
-    harness_remove(&h);
 }

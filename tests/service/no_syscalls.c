@@ -180,9 +180,8 @@ static void without_system_calls(run_kind kind)
     const bool pool = kind == POOL;
     pid_t recorder = 0;
     const char *more = pool ? "pool: {threads: 2, from: 50, spin_ns: 4000000000}\n" : "";
-    harness h;
     int status;
-    harness_make(&h, ARM, more);
+    SCOPED_HARNESS h = harness_make(ARM, more);
     snprintf(h.preload, sizeof h.preload, "%s", TFA_SYSCALL_FILTER);
     setenv("TFA_FILTER_THREAD", "worker0", 1);
     setenv("TFA_FILTER_AFTER", FILTER_AFTER, 1);
@@ -214,31 +213,26 @@ static void without_system_calls(run_kind kind)
     assert_int_equal(WTERMSIG(status), SIGSYS);
     if (recorder) /* its daemon is gone */
         assert_int_equal(waitpid(recorder, &status, 0), recorder);
-    harness_remove(&h);
 }
 
-static void requests_without_a_system_call(void **state)
+TEST(requests_without_a_system_call)
 {
-    (void)state;
     without_system_calls(PLAIN);
 }
 
-static void with_a_pool(void **state)
+TEST(with_a_pool)
 {
-    (void)state;
     without_system_calls(POOL);
 }
 
-static void with_a_recorder(void **state)
+TEST(with_a_recorder)
 {
-    (void)state;
     without_system_calls(TAP);
 }
 
 /* The other half of the filter kills, too. */
-static void the_filter_is_active(void **state)
+TEST(the_filter_is_active)
 {
-    (void)state;
     int status;
     pid_t pid = fork();
     if (pid == 0) {
@@ -266,11 +260,5 @@ int main(int argc, char **argv)
     }
     if (argc == 2)
         requests = (unsigned)atoi(argv[1]);
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_filter_is_active),
-        cmocka_unit_test(requests_without_a_system_call),
-        cmocka_unit_test(with_a_pool),
-        cmocka_unit_test(with_a_recorder),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return test_run(NULL, NULL);
 }

@@ -19,11 +19,7 @@
 
 int connect_raw(const harness *h)
 {
-    struct sockaddr_un address = {.sun_family = AF_UNIX};
-    snprintf(address.sun_path, sizeof address.sun_path, "%.80s/arm.sock", h->runtime_dir);
-    int fd = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
-    assert_int_equal(connect(fd, (struct sockaddr *)&address, sizeof address), 0);
-    return fd;
+    return harness_dial(h, "arm.sock");
 }
 
 tfa_hello good_hello(tfa_wait wait)
@@ -136,18 +132,17 @@ void assert_unharmed(scene *s)
     }
 }
 
-void open_scene(scene *s, const char *more)
+scene open_scene(const char *more)
 {
-    harness_make(&s->h, ARM, more);
-    harness_start(&s->h, "arm");
-    s->honest_client = harness_connect(&s->h, "arm", TFA_WAIT_HYBRID);
-    assert_int_equal(ask_arm(s->honest_client, 1, s->expected, TIMEOUT_NS), TFA_OK);
+    scene s = {.h = harness_serve(ARM, more)};
+    s.honest_client = harness_connect(&s.h, "arm", TFA_WAIT_HYBRID);
+    assert_int_equal(ask_arm(s.honest_client, 1, s.expected, TIMEOUT_NS), TFA_OK);
+    return s;
 }
 
 void close_scene(scene *s)
 {
     assert_unharmed(s);
     tfa_client_close(s->honest_client);
-    assert_int_equal(harness_stop(&s->h, SIGTERM), 0);
     harness_remove(&s->h);
 }

@@ -28,6 +28,7 @@ raw_client connect_client(const harness *h, tfa_wait wait);
 /** @return false: it was refused */
 bool try_connect_client(const harness *h, tfa_wait wait, raw_client *v);
 void disconnect_client(raw_client *v);
+#define SCOPED_RAW_CLIENT SCOPED(disconnect_client) raw_client
 /** Rings the worker's doorbell. */
 void wake(const raw_client *v);
 /** Waits for the oldest reply, or the test fails. */
@@ -42,9 +43,10 @@ typedef struct scene {
     double expected[7];
 } scene;
 
-void open_scene(scene *s, const char *more);
+scene open_scene(const char *more);
 /** The honest client gets the bits that it got at first. */
 void assert_unharmed(scene *s);
 void close_scene(scene *s);
+#define SCOPED_SCENE SCOPED(close_scene) scene
 
 #endif

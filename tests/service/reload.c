@@ -63,11 +63,6 @@ static void free_models(models *m)
     }
 }
 
-static void reload(const harness *h)
-{
-    assert_int_equal(kill(h->pid, SIGHUP), 0);
-}
-
 /* ---- under load ---- */
 
 static void print_figures(const char *what, load_figures f)
@@ -97,8 +92,7 @@ static void swap_often(const harness *h, load *l, int swaps)
 {
     for (int i = 1; i <= swaps; i++) {
         const int next = i % LOAD_MODELS;
-        harness_configure(h, yaml[next], "");
-        reload(h);
+        harness_reload(h, yaml[next], "");
         if (!load_count_answers(l, next))
             break;
         sleep_ms((unsigned)i % 7 * 3); /* nothing depends on it */
@@ -107,13 +101,12 @@ static void swap_often(const harness *h, load *l, int swaps)
 
 static void under_load(int swaps, tfa_wait wait)
 {
-    harness h;
     models m;
     load l;
     make_models(&m);
     const load_robot robots[LOAD_CLIENTS] = {{"arm", {m.plain[0], m.plain[1]}},
                                              {"arm.loaded", {m.loaded[0], m.loaded[1]}}};
-    harness_serve(&h, yaml[0], "");
+    SCOPED_HARNESS h = harness_serve(yaml[0], "");
     load_start(&l, &h, robots, wait);
     assert_true(WAIT_FOR(atomic_load(&l.count) >= (uint32_t)QUIET * (uint32_t)swaps));
     const uint32_t quiet = atomic_load(&l.count);
@@ -127,10 +120,8 @@ static void under_load(int swaps, tfa_wait wait)
     print_message("%.0f requests/s; %u times more than %u ms behind\n",
                   end * 1e9 / (double)load_time(&l), l.resyncs, LOAD_BEHIND_NS / 1000000);
     print_all(&l, quiet, end);
-    assert_int_equal(harness_stop(&h, SIGTERM), 0);
     load_free(&l);
     free_models(&m);
-    harness_remove(&h);
 }
 
 TEST(swapped_under_load)
@@ -144,42 +135,20 @@ TEST(swapped_under_load)
 #define SNAKE "  - name: arm\n    urdf: @/config/robots/snake64.urdf\n"
 #define ARM_ENTRY "  - name: arm\n    urdf: arm.urdf\n"
 
-static void write_file(const harness *h, const char *name, const char *text)
-{
-    char path[128];
-    snprintf(path, sizeof path, "%s/%s", h->directory, name);
-    FILE *out = fopen(path, "w");
-    assert_non_null(out);
-    fputs(text, out);
-    fclose(out);
-}
-
-static char *read_file(const char *path)
-{
-    FILE *in = fopen(path, "r");
-    assert_non_null(in);
-    char *text = calloc(1, 1 << 20);
-    text[fread(text, 1, (1 << 20) - 1, in)] = 0;
-    fclose(in);
-    return text;
-}
-
 /* What was sent is answered by the old model, then it hangs up; connected again, the new one. */
 static void other_shape(tfa_wait wait)
 {
-    harness h;
     double q[LOAD_JOINTS] = {0.1, 0.2}, qdd[LOAD_JOINTS];
-    const tfa_request request = {
-        .op = TFA_OP_FORWARD_DYNAMICS, .refine = TFA_REFINE_DEFAULT, .count = 1, .q = q};
+    const tfa_request request = request_fd(q, NULL, NULL);
     uint64_t id;
-    harness_serve(&h, ARM, "");
+    SCOPED_HARNESS h = harness_serve(ARM, "");
     tfa_client *client = harness_connect(&h, "arm", wait);
     tfa_client *idle = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
     const uint32_t slots = tfa_client_get_info(client)->slots;
     harness_configure(&h, SNAKE, "");
     for (uint32_t i = 0; i < slots; i++)
         assert_int_equal(tfa_client_send(client, &request, &id), TFA_OK);
-    reload(&h);
+    harness_reload(&h, NULL, "");
     assert_true(harness_logged(&h, "reload: done, 1 of 1"));
     assert_true(harness_logged(&h, "hung up on"));
     for (uint32_t i = 0; i < slots; i++) {
@@ -194,8 +163,6 @@ static void other_shape(tfa_wait wait)
     client = harness_connect(&h, "arm", wait);
     assert_int_equal(tfa_client_get_info(client)->v_count, 64);
     tfa_client_close(client);
-    assert_int_equal(harness_stop(&h, SIGTERM), 0);
-    harness_remove(&h);
 }
 
 TEST(shape_changes)
@@ -210,19 +177,19 @@ TEST(link_added)
 {
     static const char camera[] = "<link name=\"camera\"/><joint name=\"camera\" type=\"fixed\">"
                                  "<parent link=\"tool0\"/><child link=\"camera\"/></joint></robot>";
-    harness h;
     double qdd[7];
-    char *arm = read_file(TFA_SOURCE_DIR "/config/robots/arm7.urdf");
-    harness_make(&h, ARM_ENTRY, "");
-    write_file(&h, "arm.urdf", arm);
+    SCOPED_TEXT *arm = bundled_text("arm7.urdf");
+    SCOPED_HARNESS h = harness_make(ARM_ENTRY, "");
+    harness_write(&h, "arm.urdf", arm);
     harness_start(&h, "arm");
     tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
     const uint32_t frames = tfa_client_get_info(client)->frame_count;
+    arm = realloc(arm, strlen(arm) + sizeof camera);
     char *end = strstr(arm, "</robot>");
     assert_non_null(end);
-    strcpy(end, camera); /* read_file leaves room */
-    write_file(&h, "arm.urdf", arm);
-    reload(&h);
+    strcpy(end, camera);
+    harness_write(&h, "arm.urdf", arm);
+    harness_reload(&h, NULL, "");
     assert_true(harness_logged(&h, "reload: done, 1 of 1"));
     assert_true(harness_logged(&h, "hung up on"));
     assert_int_equal(ask_arm(client, 1, qdd, TIMEOUT_NS), TFA_E_DISCONNECTED);
@@ -232,25 +199,20 @@ TEST(link_added)
     client = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
     assert_int_equal(tfa_client_get_info(client)->frame_count, frames + 1);
     tfa_client_close(client);
-    harness_remove(&h);
-    free(arm);
 }
 
 /* A robot that allows more tips than it did: the program's buffers are of the size granted first.
  * */
 TEST(more_tips_granted)
 {
-    harness h;
-    harness_serve(&h, ARM "    max_tips: 2\n", "");
-    tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
+    SCOPED_HARNESS h = harness_serve(ARM "    max_tips: 2\n", "");
+    SCOPED_CLIENT *client = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
     assert_int_equal(tfa_client_get_info(client)->max_tips, 2);
     (void)harness_stop(&h, SIGKILL);
     harness_configure(&h, ARM "    max_tips: 4\n", "");
     harness_start(&h, "arm");
     assert_int_equal(tfa_client_reconnect(client), TFA_OK);
     assert_int_equal(tfa_client_get_info(client)->max_tips, 2);
-    tfa_client_close(client);
-    harness_remove(&h);
 }
 
 /* One who asks without a pause; hung up on, it connects anew. Every reply fits the robot it saw.
@@ -274,8 +236,7 @@ static void ask_until_hung_up(asker *a)
     a->status = tfa_client_connect(&options, &client);
     if (a->status != TFA_OK)
         return;
-    const tfa_request request = {
-        .op = TFA_OP_FORWARD_DYNAMICS, .refine = TFA_REFINE_DEFAULT, .count = 1, .q = zeros};
+    const tfa_request request = request_fd(zeros, NULL, NULL);
     tfa_reply reply = {.qdd = qdd};
     for (bool first = true; a->status == TFA_OK; first = false) {
         a->status = tfa_client_call(client, &request, &reply, TIMEOUT_NS, NULL);
@@ -296,16 +257,14 @@ static void *ask_all_shapes(void *argument)
 
 TEST(shape_changes_while_asked)
 {
-    harness h;
-    harness_serve(&h, ARM, "");
+    SCOPED_HARNESS h = harness_serve(ARM, "");
     asker askers[2] = {{.h = &h, .wait = TFA_WAIT_HYBRID}, {.h = &h, .wait = TFA_WAIT_BLOCK}};
     for (int i = 0; i < 2; i++)
         assert_int_equal(pthread_create(&askers[i].thread, NULL, ask_all_shapes, &askers[i]), 0);
     for (unsigned i = 1; i <= SHAPES; i++) {
         for (int k = 0; k < 2; k++)
             assert_true(WAIT_FOR(atomic_load(&askers[k].answered) == i));
-        harness_configure(&h, i % 2 ? SNAKE : ARM, "");
-        reload(&h);
+        harness_reload(&h, i % 2 ? SNAKE : ARM, "");
         assert_true(harness_logged_times(&h, "reload: done, 1 of 1", i));
     }
     assert_int_equal(harness_stop(&h, SIGTERM), 0);
@@ -314,7 +273,6 @@ TEST(shape_changes_while_asked)
         assert_int_equal(askers[i].status, TFA_E_DISCONNECTED);
         assert_int_equal(askers[i].shapes, SHAPES);
     }
-    harness_remove(&h);
 }
 
 /* ---- what fails ---- */
@@ -338,18 +296,16 @@ TEST(refused)
         {ARM_ENTRY "    armature: [{joint: joint_8, value: 1}]\n", "", NULL,
          "no joint 'joint_8'; nearest: 'joint_"},
     };
-    harness h;
     double before[7], after[7];
-    char *arm = read_file(TFA_SOURCE_DIR "/config/robots/arm7.urdf");
-    harness_make(&h, ARM_ENTRY, "");
-    write_file(&h, "arm.urdf", arm);
+    SCOPED_TEXT *arm = bundled_text("arm7.urdf");
+    SCOPED_HARNESS h = harness_make(ARM_ENTRY, "");
+    harness_write(&h, "arm.urdf", arm);
     harness_start(&h, "arm");
-    tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_HYBRID);
+    SCOPED_CLIENT *client = harness_connect(&h, "arm", TFA_WAIT_HYBRID);
     assert_int_equal(ask_arm(client, 1, before, TIMEOUT_NS), TFA_OK);
     for (unsigned i = 0; i < sizeof cases / sizeof *cases; i++) {
-        write_file(&h, "arm.urdf", cases[i].urdf ? cases[i].urdf : arm);
-        harness_configure(&h, cases[i].robots, cases[i].more);
-        reload(&h);
+        harness_write(&h, "arm.urdf", cases[i].urdf ? cases[i].urdf : arm);
+        harness_reload(&h, cases[i].robots, cases[i].more);
         assert_true(harness_logged_times(&h, "everything stays as it was", i + 1));
         if (!harness_logged(&h, cases[i].text))
             fail_msg("case %u does not name '%s'", i, cases[i].text);
@@ -357,32 +313,23 @@ TEST(refused)
         assert_memory_equal(before, after, sizeof before);
     }
     assert_int_equal(harness_log_lines(&h, "reload: done"), 0);
-    write_file(&h, "arm.urdf", arm); /* and a good one is taken */
-    harness_configure(&h, ARM_ENTRY "    gravity: [0, 0, -1]\n", "");
-    reload(&h);
+    harness_write(&h, "arm.urdf", arm); /* and a good one is taken */
+    harness_reload(&h, ARM_ENTRY "    gravity: [0, 0, -1]\n", "");
     assert_true(harness_logged(&h, "reload: done, 1 of 1"));
     assert_int_equal(ask_arm(client, 1, after, TIMEOUT_NS), TFA_OK);
     assert_memory_not_equal(before, after, sizeof before);
-    tfa_client_close(client);
-    assert_int_equal(harness_stop(&h, SIGTERM), 0);
-    harness_remove(&h);
-    free(arm);
 }
 
 /* What only the control thread reads is taken over, too; the models need not change. */
 TEST(limits_are_taken)
 {
-    harness h;
     tfa_client *second;
-    harness_serve(&h, ARM, "");
-    tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
-    harness_configure(&h, ARM, "limits: {clients: 1}\n");
-    reload(&h);
+    SCOPED_HARNESS h = harness_serve(ARM, "");
+    SCOPED_CLIENT *client = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
+    harness_reload(&h, ARM, "limits: {clients: 1}\n");
     assert_true(harness_logged(&h, "reload: done, 0 of 1"));
     const tfa_client_options options = harness_options(&h, "arm");
     assert_int_equal(tfa_client_connect(&options, &second), TFA_E_REFUSED);
-    tfa_client_close(client);
-    harness_remove(&h);
 }
 
 /* Its answer is neither of these. */
@@ -396,60 +343,50 @@ static bool is_another(tfa_client *client, const double one[7], const double two
 /* Signals that come faster than reloads end are not forgotten: the last file is the one. */
 TEST(many_signals)
 {
-    harness h;
     double with_payload[7], last[7];
-    harness_serve(&h, ARM, "");
-    tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_HYBRID);
+    SCOPED_HARNESS h = harness_serve(ARM, "");
+    SCOPED_CLIENT *client = harness_connect(&h, "arm", TFA_WAIT_HYBRID);
     assert_int_equal(ask_arm(client, 1, with_payload, TIMEOUT_NS), TFA_OK);
     for (int i = 0; i < 50; i++) {
-        harness_configure(&h, i % 2 ? ARM : ARM "    gravity: [0, 0, -3]\n", "");
-        reload(&h);
+        harness_reload(&h, i % 2 ? ARM : ARM "    gravity: [0, 0, -3]\n", "");
         assert_int_equal(ask_arm(client, 1, last, TIMEOUT_NS), TFA_OK);
     }
-    harness_configure(&h, ARM "    gravity: [0, 0, -2]\n", "");
-    reload(&h);
+    harness_reload(&h, ARM "    gravity: [0, 0, -2]\n", "");
     assert_true(WAIT_FOR(is_another(client, with_payload, last)));
-    tfa_client_close(client);
     assert_int_equal(harness_stop(&h, SIGTERM), 0); /* a reload may be under way */
-    harness_remove(&h);
 }
 
 /* SIGKILL or SIGTERM in the middle of a reload: nothing is left, it starts again. */
 TEST(ended_in_a_reload)
 {
-    harness h;
     double qdd[7];
-    harness_make(&h, ARM, "");
+    SCOPED_HARNESS h = harness_make(ARM, "");
     for (unsigned i = 0; i < 24; i++) {
         harness_configure(&h, ARM, "");
         harness_start(&h, "arm");
-        tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_HYBRID);
-        harness_configure(&h, i % 2 ? SNAKE : ARM "    gravity: [0, 0, -2]\n", "");
-        reload(&h);
+        SCOPED_CLIENT *client = harness_connect(&h, "arm", TFA_WAIT_HYBRID);
+        harness_reload(&h, i % 2 ? SNAKE : ARM "    gravity: [0, 0, -2]\n", "");
         usleep(i * 211); /* nothing depends on it: at every stage of the reload */
         const int signal = i % 4 == 3 ? SIGTERM : SIGKILL;
         assert_int_equal(harness_named_segments(&h), 0); /* none stays behind */
         const int status = harness_stop(&h, signal);
         assert_true(signal == SIGKILL ? WIFSIGNALED(status) : status == 0);
         assert_int_equal(ask_arm(client, 1, qdd, TIMEOUT_NS), TFA_E_DISCONNECTED);
-        tfa_client_close(client);
     }
-    harness_remove(&h);
 }
 
 /* The file is a FIFO, so its reader is at work as long as this test wants. It logs while the daemon
  * ends without it. */
 TEST(ended_while_the_file_is_read)
 {
-    harness h;
     (void)signal(SIGPIPE, SIG_IGN); /* the daemon may be gone before the last line */
-    harness_make(&h, ARM, "");
+    SCOPED_HARNESS h = harness_make(ARM, "");
     for (unsigned i = 0; i < 12; i++) {
         harness_configure(&h, ARM, "");
         harness_start(&h, "arm");
         assert_int_equal(unlink(h.config), 0);
         assert_int_equal(mkfifo(h.config, 0600), 0);
-        reload(&h);
+        harness_reload(&h, NULL, "");
         const int file = open(h.config, O_WRONLY | O_CLOEXEC); /* waits for the reader */
         assert_true(file >= 0);
         assert_int_equal(harness_named_segments(&h), 0); /* none stays behind */
@@ -460,7 +397,6 @@ TEST(ended_while_the_file_is_read)
         close(file);
         assert_int_equal(harness_stop(&h, SIGTERM), 0);
     }
-    harness_remove(&h);
 }
 
 int main(int argc, char **argv)

@@ -34,34 +34,19 @@ static bool exists(const harness *h, const char *name)
 /* A socket of another program. @return its descriptor: closed, nobody listens there */
 static int foreign_socket(const harness *h, const char *name)
 {
-    struct sockaddr_un address = {.sun_family = AF_UNIX};
-    snprintf(address.sun_path, sizeof address.sun_path, "%.60s/%.20s", h->runtime_dir, name);
-    int fd = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
-    assert_int_equal(bind(fd, (struct sockaddr *)&address, sizeof address), 0);
-    assert_int_equal(listen(fd, 1), 0);
-    return fd;
+    return socket_at(h->runtime_dir, name, SOCK_SEQPACKET, true);
 }
 
 static void assert_serves(const harness *h)
 {
     double qdd[7];
-    tfa_client *client = harness_connect(h, "arm", TFA_WAIT_BLOCK);
+    SCOPED_CLIENT *client = harness_connect(h, "arm", TFA_WAIT_BLOCK);
     assert_int_equal(ask_arm(client, 1, qdd, WAIT_NS), TFA_OK);
-    tfa_client_close(client);
-}
-
-/* It fails, and says why. */
-static void assert_refused(harness *h, const char *reason)
-{
-    const int status = harness_run(h);
-    assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 2);
-    assert_true(harness_logged(h, reason));
 }
 
 TEST(sockets_of_others_stay)
 {
-    harness h;
-    harness_make(&h, ARM, "");
+    SCOPED_HARNESS h = harness_make(ARM, "");
     assert_int_equal(mkdir(h.runtime_dir, 0755), 0);
     const int fd = foreign_socket(&h, "listens.sock");
     close(foreign_socket(&h, "dead.sock"));
@@ -72,19 +57,16 @@ TEST(sockets_of_others_stay)
     assert_false(exists(&h, "arm.sock"));
     assert_false(exists(&h, "totalforced.lock"));
     close(fd);
-    harness_remove(&h);
 }
 
 TEST(a_name_that_another_program_has)
 {
-    harness h;
-    harness_make(&h, ARM, "");
+    SCOPED_HARNESS h = harness_make(ARM, "");
     assert_int_equal(mkdir(h.runtime_dir, 0755), 0);
     const int fd = foreign_socket(&h, "arm.sock");
-    assert_refused(&h, "another program listens there");
+    harness_assert_refused(&h, "another program listens there");
     assert_true(exists(&h, "arm.sock"));
     close(fd);
-    harness_remove(&h);
 }
 
 /* A second daemon is refused, and leaves the first one all its sockets. */
@@ -92,22 +74,21 @@ TEST(a_second_daemon_touches_nothing)
 {
     harness h, second;
     char text[4096];
-    harness_serve(&h, ARM, "");
+    h = harness_serve(ARM, "");
     second = h;
-    assert_refused(&second, "another totalforced");
+    harness_assert_refused(&second, "another totalforced");
     assert_true(exists(&h, ".control.sock"));
     assert_int_equal(tfa_daemon_command(h.runtime_dir, "status", WAIT_MS, text, sizeof text),
                      TFA_OK);
     assert_serves(&h);
-    assert_int_equal(harness_stop(&h, SIGTERM), 0);
     harness_remove(&h);
 }
 
 /* What a killed daemon left is removed, even of robots that are no longer configured. */
 TEST(after_a_killed_daemon)
 {
-    harness h;
-    harness_make(&h, ARM "  - name: other\n    urdf: @/config/robots/arm7.urdf\n", "");
+    SCOPED_HARNESS h =
+        harness_make(ARM "  - name: other\n    urdf: @/config/robots/arm7.urdf\n", "");
     harness_start(&h, "other");
     (void)harness_stop(&h, SIGKILL);
     assert_true(exists(&h, "other.sock"));
@@ -115,32 +96,27 @@ TEST(after_a_killed_daemon)
     harness_start(&h, "arm");
     assert_false(exists(&h, "other.sock"));
     assert_serves(&h);
-    harness_remove(&h);
 }
 
 TEST(only_its_owner_may_write)
 {
     static const mode_t modes[] = {0775, 0757, 0777};
     for (size_t i = 0; i < sizeof modes / sizeof *modes; i++) {
-        harness h;
-        harness_make(&h, ARM, "");
+        SCOPED_HARNESS h = harness_make(ARM, "");
         assert_int_equal(mkdir(h.runtime_dir, 0755), 0);
         assert_int_equal(chmod(h.runtime_dir, modes[i]), 0);
-        assert_refused(&h, "must belong to user");
-        harness_remove(&h);
+        harness_assert_refused(&h, "must belong to user");
     }
 }
 
 TEST(a_link_is_no_directory)
 {
-    harness h;
     char target[96];
-    harness_make(&h, ARM, "");
+    SCOPED_HARNESS h = harness_make(ARM, "");
     snprintf(target, sizeof target, "%s/elsewhere", h.directory);
     assert_int_equal(mkdir(target, 0755), 0);
     assert_int_equal(symlink(target, h.runtime_dir), 0);
-    assert_refused(&h, "is not a directory");
-    harness_remove(&h);
+    harness_assert_refused(&h, "is not a directory");
 }
 
 /* A directory that was there keeps its owner; one of somebody else is refused. */
@@ -151,28 +127,25 @@ TEST(owners)
     if (geteuid() != 0 || !nobody)
         skip();
     for (int i = 0; i < 2; i++) {
-        harness h;
         struct stat info;
         const uid_t owner = i == 0 ? nobody->pw_uid : 0; /* the other one */
-        harness_make(&h, ARM, more[i]);
+        SCOPED_HARNESS h = harness_make(ARM, more[i]);
         assert_int_equal(chmod(h.directory, 0755), 0);
         assert_int_equal(mkdir(h.runtime_dir, 0755), 0);
         assert_int_equal(chown(h.runtime_dir, owner, 0), 0);
         close(foreign_socket(&h, ".control.sock"));
-        assert_refused(&h, "must belong to user");
+        harness_assert_refused(&h, "must belong to user");
         assert_true(exists(&h, ".control.sock"));
         assert_int_equal(stat(h.runtime_dir, &info), 0);
         assert_int_equal(info.st_uid, owner);
-        harness_remove(&h);
     }
 }
 
 /* It is removed under a daemon that runs: old clients go on, and new ones can come soon. */
 TEST(removed_while_it_runs)
 {
-    harness h;
     double qdd[7];
-    harness_serve(&h, ARM, "");
+    SCOPED_HARNESS h = harness_serve(ARM, "");
     tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
     assert_int_equal(unlink(path_in(&h, "arm.sock")), 0);
     assert_int_equal(unlink(path_in(&h, ".control.sock")), 0);
@@ -187,7 +160,6 @@ TEST(removed_while_it_runs)
     tfa_client_close(client);
     assert_int_equal(harness_stop(&h, SIGTERM), 0);
     assert_int_equal(access(h.runtime_dir, F_OK), -1);
-    harness_remove(&h);
 }
 
 /* Another daemon has a directory of that name by now: the sockets of that one stay. */
@@ -195,7 +167,7 @@ TEST(successor_keeps_its_sockets)
 {
     harness first, second;
     char away[96];
-    harness_serve(&first, ARM, "");
+    first = harness_serve(ARM, "");
     second = first;
     assert_int_equal(kill(first.pid, SIGSTOP), 0);
     snprintf(away, sizeof away, "%s/away", first.directory);
@@ -205,7 +177,6 @@ TEST(successor_keeps_its_sockets)
     assert_true(harness_logged(&first, "another totalforced")); /* it has looked */
     assert_int_equal(harness_stop(&first, SIGTERM), 0);
     assert_serves(&second);
-    assert_int_equal(harness_stop(&second, SIGTERM), 0);
     harness_remove(&second);
 }
 
@@ -311,17 +282,15 @@ static void race_starts(harness *h, const char *other, bool exchange)
 /* A link to another directory: whatever the daemon does, nothing happens behind it. */
 TEST(a_link_that_comes_and_goes)
 {
-    harness h;
     victim v;
     char link[96];
-    harness_make(&h, ARM, "");
+    SCOPED_HARNESS h = harness_make(ARM, "");
     make_victim(&v, &h);
     snprintf(link, sizeof link, "%s/link", h.directory);
     assert_int_equal(mkdir(h.runtime_dir, 0755), 0);
     assert_int_equal(symlink(v.path, link), 0);
     race_starts(&h, link, true);
     assert_untouched(&v, v.path);
-    harness_remove(&h);
 }
 
 /* The other directory itself, which is not the daemon's, in place of the one that it makes: it is
@@ -331,16 +300,14 @@ TEST(a_foreign_directory_that_comes_and_goes)
     if (geteuid() != 0)
         skip();
     for (int exchange = 0; exchange < 2; exchange++) {
-        harness h;
         victim v;
         struct stat info;
-        harness_make(&h, ARM, "");
+        SCOPED_HARNESS h = harness_make(ARM, "");
         make_victim(&v, &h);
         if (exchange)
             assert_int_equal(mkdir(h.runtime_dir, 0755), 0);
         race_starts(&h, v.path, exchange);
         const bool at_home = stat(v.path, &info) == 0 && info.st_ino == v.before.st_ino;
         assert_untouched(&v, at_home ? v.path : h.runtime_dir);
-        harness_remove(&h);
     }
 }

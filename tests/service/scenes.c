@@ -51,7 +51,7 @@ static void assert_serves(const harness *h, const char *name, const tfa_model *m
 {
     static const double pose[7] = {0, 0, 1, 0, 0, 0, 1};
     double q[FREEDOMS_MAX], here[FREEDOMS_MAX], there[FREEDOMS_MAX], base[2][6];
-    tfa_client *client = harness_connect(h, name, TFA_WAIT_BLOCK);
+    SCOPED_CLIENT *client = harness_connect(h, name, TFA_WAIT_BLOCK);
     const tfa_client_info *info = tfa_client_get_info(client);
     assert_string_equal(info->model_hash, tfa_model_hash_text(model));
     assert_int_equal(info->v_count, tfa_model_v_count(model));
@@ -68,13 +68,11 @@ static void assert_serves(const harness *h, const char *name, const tfa_model *m
                                  .base_pose = info->base_freedoms ? pose : NULL};
     tfa_reply a = {.qdd = here, .base_acceleration = base[0]};
     tfa_reply b = {.qdd = there, .base_acceleration = base[1]};
-    tfa_workspace *w = workspace_for(model, NULL);
+    SCOPED_WORKSPACE *w = workspace_for(model, NULL);
     assert_int_equal(tfa_compute(w, &request, &a), TFA_OK);
     assert_int_equal(tfa_client_call(client, &request, &b, TIMEOUT_NS, NULL), TFA_OK);
     assert_memory_equal(here, there, info->v_count * sizeof(double));
     assert_true(b.model == tfa_model_tag(model));
-    tfa_workspace_free(w);
-    tfa_client_close(client);
 }
 
 static void check_arm(const harness *h)
@@ -86,9 +84,8 @@ static void check_arm(const harness *h)
     const tfa_model_options options[3] = {{0}, {.scene = &scene}, {.gravity = moon}};
     static const char *const names[3] = {"arm", "arm.loaded", "arm.moon"};
     for (int i = 0; i < 3; i++) {
-        tfa_model *model = compile(ARM_FILE, &options[i]);
+        SCOPED_MODEL *model = compile(ARM_FILE, &options[i]);
         assert_serves(h, names[i], model);
-        tfa_model_free(model);
     }
 }
 
@@ -101,41 +98,29 @@ static void check_humanoid(const harness *h)
     assert_serves(h, "humanoid", all);
     assert_serves(h, "humanoid.reach", arm);
     assert_true(tfa_model_v_count(arm) < tfa_model_v_count(all) / 2);
-    tfa_client *walk = harness_connect(h, "humanoid.walk", TFA_WAIT_BLOCK);
+    SCOPED_CLIENT *walk = harness_connect(h, "humanoid.walk", TFA_WAIT_BLOCK);
     const tfa_client_info *info = tfa_client_get_info(walk);
     assert_int_equal(info->v_count, tfa_model_v_count(all) - 18);
     for (uint32_t i = 0; i < info->joint_count; i++)
         assert_null(strstr(info->joint_names[i], "thumb"));
-    tfa_client_close(walk);
     tfa_model_free(all);
     tfa_model_free(arm);
 }
 
 TEST(example_is_served)
 {
-    harness h;
     char robots[8192] = "";
     read_robots(TFA_SOURCE_DIR "/config/scenes.yaml", robots, sizeof robots);
-    harness_serve(&h, robots, "");
+    SCOPED_HARNESS h = harness_serve(robots, "");
     check_arm(&h);
     check_humanoid(&h);
     assert_true(harness_logged(&h, "robot 'arm.moon': 7 joints"));
     assert_int_equal(harness_log_lines(&h, "shares its constants"), 2);
     assert_true(harness_logged(&h, "robot 'humanoid.walk': "));
     assert_true(harness_logged(&h, " 18 locked,"));
-    assert_int_equal(harness_stop(&h, SIGTERM), 0);
-    harness_remove(&h);
 }
 
 /* ---- mistakes ---- */
-
-static int run_check(const harness *h)
-{
-    char command[512];
-    snprintf(command, sizeof command, "%s/bin/totalforced --check %s 2>>%s/log", TFA_BINARY_DIR,
-             h->config, h->directory);
-    return system(command);
-}
 
 /* A start and --check say the same. */
 TEST(mistakes_are_named)
@@ -159,14 +144,8 @@ TEST(mistakes_are_named)
          "robot 'arm.s'"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        harness h;
-        harness_make(&h, cases[i].yaml, "");
-        const int status = harness_run(&h), checked = run_check(&h);
-        assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 2);
-        assert_true(WIFEXITED(checked) && WEXITSTATUS(checked) == 2);
-        if (!harness_logged_times(&h, cases[i].text, 2))
-            fail_msg("case %zu does not say '%s' twice", i, cases[i].text);
-        harness_remove(&h);
+        SCOPED_HARNESS h = harness_make(cases[i].yaml, "");
+        harness_assert_mistake(&h, cases[i].text);
     }
 }
 
@@ -184,23 +163,18 @@ TEST(users_and_groups_exist)
          "c.yaml:2:7: user: ", "c.yaml:3:8: group: ", 2},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        harness h;
-        harness_make(&h, ARM, cases[i].more);
-        const int checked = run_check(&h);
-        assert_true(WIFEXITED(checked) && WEXITSTATUS(checked) == cases[i].status);
+        SCOPED_HARNESS h = harness_make(ARM, cases[i].more);
+        assert_int_equal(harness_check(&h), cases[i].status);
         assert_true(!cases[i].user || harness_logged(&h, cases[i].user));
         assert_true(!cases[i].group || harness_logged(&h, cases[i].group));
-        harness_remove(&h);
     }
 }
 
 TEST(good_ones_pass_the_check)
 {
-    harness h;
-    harness_make(&h, ARM "    scenes: [{name: s, gravity: [0, 0, -1]}]\n", "");
-    assert_int_equal(run_check(&h), 0);
+    SCOPED_HARNESS h = harness_make(ARM "    scenes: [{name: s, gravity: [0, 0, -1]}]\n", "");
+    assert_int_equal(harness_check(&h), 0);
     assert_true(harness_logged(&h, "robot 'arm.s'"));
-    harness_remove(&h);
 }
 
 /* ---- policies ---- */
@@ -213,33 +187,21 @@ TEST(good_ones_pass_the_check)
     "<joint name=\"" name "\" type=\"continuous\"><parent link=\"" parent                          \
     "\"/><child link=\"" child "\"/><axis xyz=\"0 1 0\"/>" more "</joint>"
 
-static void write_robot(const harness *h, const char *inner)
-{
-    char path[128];
-    snprintf(path, sizeof path, "%s/r.urdf", h->directory);
-    FILE *out = fopen(path, "w");
-    assert_non_null(out);
-    fprintf(out, "<robot name=\"r\"><link name=\"base\"/>\n%s\n</robot>\n", inner);
-    fclose(out);
-}
-
 /* @return freedoms of the robot as served, or -1: it is refused */
 static int freedoms_with(const char *inner, const char *policy)
 {
-    harness h;
-    char yaml[256];
+    char yaml[256], urdf[2048];
     int freedoms = -1;
     snprintf(yaml, sizeof yaml, "  - name: r\n    urdf: r.urdf\n%s", policy);
-    harness_make(&h, yaml, "");
-    write_robot(&h, inner);
-    if (run_check(&h) == 0) {
+    SCOPED_HARNESS h = harness_make(yaml, "");
+    snprintf(urdf, sizeof urdf, "<robot name=\"r\"><link name=\"base\"/>\n%s\n</robot>\n", inner);
+    harness_write(&h, "r.urdf", urdf);
+    if (harness_check(&h) == 0) {
         harness_start(&h, "r");
-        tfa_client *client = harness_connect(&h, "r", TFA_WAIT_BLOCK);
+        SCOPED_CLIENT *client = harness_connect(&h, "r", TFA_WAIT_BLOCK);
         freedoms = (int)tfa_client_get_info(client)->v_count;
-        tfa_client_close(client);
         assert_int_equal(harness_stop(&h, SIGTERM), 0);
     }
-    harness_remove(&h);
     return freedoms;
 }
 

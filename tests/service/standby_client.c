@@ -18,8 +18,8 @@ static harness first, second;
 static int start_both(void **state)
 {
     (void)state;
-    harness_serve(&first, ARM, "");
-    harness_serve(&second, ARM, "");
+    first = harness_serve(ARM, "");
+    second = harness_serve(ARM, "");
     return 0;
 }
 
@@ -34,11 +34,9 @@ static int remove_both(void **state)
 static tfa_client *connect_with_standby(void)
 {
     tfa_client_options options = harness_options(&first, "arm");
-    tfa_client *client;
     options.standby_dir = second.runtime_dir;
     options.connect_timeout_ms = INT_MAX;
-    assert_int_equal(tfa_client_connect(&options, &client), TFA_OK);
-    return client;
+    return harness_connect_with(&options);
 }
 
 static void assert_calls_are_answered(tfa_client *client, const harness *by)
@@ -53,10 +51,9 @@ static void assert_calls_are_answered(tfa_client *client, const harness *by)
 }
 
 /* There and back: not one call fails, and nobody goes back before it must. */
-static void calls_go_on(void **state)
+TEST(calls_go_on)
 {
-    tfa_client *client = connect_with_standby();
-    (void)state;
+    SCOPED_CLIENT *client = connect_with_standby();
     assert_calls_are_answered(client, &first);
     for (int i = 0; i < 3; i++) {
         (void)harness_stop(&first, SIGKILL);
@@ -67,11 +64,10 @@ static void calls_go_on(void **state)
         assert_calls_are_answered(client, &first);
         harness_start(&second, "arm");
     }
-    tfa_client_close(client);
 }
 
 /* Requests that were sent and not received are reported, each by its id; then the others go on. */
-static void sent_requests_are_reported(void **state)
+TEST(sent_requests_are_reported)
 {
     enum { SENT = 8 };
     tfa_client *client = connect_with_standby();
@@ -80,7 +76,6 @@ static void sent_requests_are_reported(void **state)
     tfa_reply reply = {.qdd = qdd};
     tfa_exchange exchange;
     uint64_t ids[SENT];
-    (void)state;
     harness_pause(&first);
     for (int i = 0; i < SENT; i++)
         assert_int_equal(tfa_client_send(client, &request, &ids[i]), TFA_OK);
@@ -98,9 +93,8 @@ static void sent_requests_are_reported(void **state)
 }
 
 /* The first daemon is not there at connection. */
-static void connection_finds_the_standby(void **state)
+TEST(connection_finds_the_standby)
 {
-    (void)state;
     (void)harness_stop(&first, SIGKILL);
     tfa_client *client = connect_with_standby();
     assert_calls_are_answered(client, &second);
@@ -109,12 +103,11 @@ static void connection_finds_the_standby(void **state)
 }
 
 /* Neither is there: calls say so at once, and are answered when one is back. */
-static void neither_is_there(void **state)
+TEST(neither_is_there)
 {
     tfa_client *client = connect_with_standby();
     double qdd[7];
     int status = TFA_E_DISCONNECTED;
-    (void)state;
     (void)harness_stop(&first, SIGKILL);
     (void)harness_stop(&second, SIGKILL);
     for (int i = 0; i < CALLS; i++)
@@ -153,10 +146,9 @@ static void assert_unanswered(tfa_client *client, uint64_t timeout_ns)
 }
 
 /* A call has its own limit, however many daemons it asks. */
-static void calls_end_by_themselves(void **state)
+TEST(calls_end_by_themselves)
 {
     tfa_client *client = client_of_silent_daemons();
-    (void)state;
     assert_unanswered(client, 100 * MS);
     wake_both(client);
 }
@@ -173,10 +165,9 @@ static bool next_call_does_not_look(tfa_client *client)
 
 /* After a look that took long there is a pause, too. A client that gets no processor meanwhile
  * looks again: it is asked until it did not. */
-static void looks_are_apart(void **state)
+TEST(looks_are_apart)
 {
     tfa_client *client = client_of_silent_daemons();
-    (void)state;
     assert_true(WAIT_FOR(next_call_does_not_look(client)));
     wake_both(client);
 }
@@ -191,12 +182,11 @@ static void notice_the_end(tfa_client *client)
 }
 
 /* Sending does not wait for the connection's limit. */
-static void sending_does_not_wait(void **state)
+TEST(sending_does_not_wait)
 {
     tfa_client *client = client_of_silent_daemons();
     double q[7], v[7], tau[7];
     const tfa_request request = arm_request(0.2, q, v, tau);
-    (void)state;
     notice_the_end(client);
     sleep_ms(50); /* longer than the pause between two looks: sending looks, too */
     assert_int_equal(tfa_client_send(client, &request, NULL), TFA_E_DISCONNECTED);
@@ -211,9 +201,7 @@ typedef struct arm_here {
 
 static arm_here set_fallback(tfa_client *client)
 {
-    arm_here arm;
-    assert_int_equal(
-        tfa_model_load(TFA_SOURCE_DIR "/config/robots/arm7.urdf", NULL, NULL, &arm.model), TFA_OK);
+    arm_here arm = {.model = bundled_model("arm7.urdf", NULL)};
     arm.workspace = workspace_for(arm.model, NULL);
     const tfa_client_fallback fallback = {.model = arm.model, .workspace = arm.workspace};
     assert_int_equal(tfa_client_set_fallback(client, &fallback), TFA_OK);
@@ -228,23 +216,21 @@ static void free_arm(arm_here arm)
 
 /* A program with a fallback waits for its attempt_us, not for the connection or for the day that
  * the call may take. */
-static void fallback_answers_soon(void **state)
+TEST(fallback_answers_soon)
 {
     tfa_client *client = client_of_silent_daemons();
     const arm_here arm = set_fallback(client);
     double qdd[7];
-    (void)state;
     assert_int_equal(ask_arm(client, 0.2, qdd, 86400 * 1000 * MS), TFA_OK);
     wake_both(client);
     free_arm(arm);
 }
 
 /* A daemon with another model is not taken, until the program asks for it. Nothing of it stays. */
-static void another_model_is_not_taken(void **state)
+TEST(another_model_is_not_taken)
 {
-    tfa_client *client = connect_with_standby();
+    SCOPED_CLIENT *client = connect_with_standby();
     double qdd[7];
-    (void)state;
     (void)harness_stop(&second, SIGKILL);
     harness_configure(&second, ARM "    gravity: [0, 0, -1.62]\n", "");
     harness_start(&second, "arm");
@@ -260,16 +246,14 @@ static void another_model_is_not_taken(void **state)
     assert_true(harness_has_clients(&second, 0));
     assert_int_equal(tfa_client_reconnect(client), TFA_OK);
     assert_calls_are_answered(client, &second);
-    tfa_client_close(client);
 }
 
 /* Nor by a client that computes in process meanwhile: all its answers are of the same model. */
-static void another_model_is_not_taken_with_a_fallback(void **state)
+TEST(another_model_is_not_taken_with_a_fallback)
 {
     double expected[7], qdd[7];
-    (void)state;
     harness_start(&first, "arm");
-    tfa_client *client = connect_with_standby();
+    SCOPED_CLIENT *client = connect_with_standby();
     const arm_here arm = set_fallback(client);
     assert_int_equal(ask_arm(client, 0.2, expected, WAIT_NS), TFA_OK);
     (void)harness_stop(&first, SIGKILL);
@@ -277,23 +261,10 @@ static void another_model_is_not_taken_with_a_fallback(void **state)
         assert_int_equal(ask_arm(client, 0.2, qdd, WAIT_NS), TFA_OK);
         assert_memory_equal(qdd, expected, sizeof qdd);
     }
-    tfa_client_close(client);
     free_arm(arm);
 }
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(calls_go_on),
-        cmocka_unit_test(sent_requests_are_reported),
-        cmocka_unit_test(connection_finds_the_standby),
-        cmocka_unit_test(neither_is_there),
-        cmocka_unit_test(calls_end_by_themselves),
-        cmocka_unit_test(looks_are_apart),
-        cmocka_unit_test(sending_does_not_wait),
-        cmocka_unit_test(fallback_answers_soon),
-        cmocka_unit_test(another_model_is_not_taken),
-        cmocka_unit_test(another_model_is_not_taken_with_a_fallback),
-    };
-    return cmocka_run_group_tests(tests, start_both, remove_both);
+    return test_run(start_both, remove_both);
 }

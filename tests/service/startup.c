@@ -48,7 +48,7 @@ TEST(tells_the_service_manager)
     print_message("skipped: built without libsystemd\n");
     skip();
 #endif
-    harness_make(&h, ARM, "");
+    h = harness_make(ARM, "");
     int fd = listen_notify(&h);
     harness_start(&h, "arm");
     expect_message(fd, "READY=1");
@@ -81,7 +81,6 @@ static uid_t user_of(pid_t pid)
 
 TEST(becomes_the_user)
 {
-    harness h;
     double qdd[7];
     const struct passwd *nobody = getpwnam("nobody");
     if (geteuid() != 0 || !nobody) {
@@ -89,7 +88,7 @@ TEST(becomes_the_user)
         skip();
     }
     const uid_t user = nobody->pw_uid;
-    harness_make(&h, ARM, "user: nobody\n");
+    SCOPED_HARNESS h = harness_make(ARM, "user: nobody\n");
     assert_int_equal(chmod(h.directory, 0755), 0);
     harness_start(&h, "arm");
     assert_int_equal(user_of(h.pid), user);
@@ -99,53 +98,40 @@ TEST(becomes_the_user)
     assert_int_equal(harness_stop(&h, SIGTERM), 0);
     (void)rmdir(h.runtime_dir);
     assert_int_equal(access(h.runtime_dir, F_OK), -1); /* it could remove its files */
-    harness_remove(&h);
 }
 
 /* Had or not had: it is said, and the daemon serves. */
 TEST(rights_are_reported)
 {
-    harness h;
     double qdd[7];
-    harness_serve(&h, ARM, "realtime: {priority: 1, affinity: [0], mlock: yes}\n");
+    SCOPED_HARNESS h = harness_serve(ARM, "realtime: {priority: 1, affinity: [0], mlock: yes}\n");
     assert_true(harness_logged(&h, "FIFO priority 1") ||
                 harness_logged(&h, "realtime.priority: worker 0 stays"));
     assert_true(harness_logged(&h, "memory is locked") ||
                 harness_logged(&h, "realtime.mlock: not had"));
-    tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
+    SCOPED_CLIENT *client = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
     assert_int_equal(ask_arm(client, 1, qdd, TIMEOUT_NS), TFA_OK);
-    tfa_client_close(client);
-    harness_remove(&h);
 }
 
 TEST(unknown_user_is_named)
 {
-    harness h;
-    harness_make(&h, ARM, "group: nobody-has-this-name\n");
-    assert_int_not_equal(harness_run(&h), 0);
-    assert_true(harness_logged(&h, "no group 'nobody-has-this-name'"));
-    harness_remove(&h);
+    SCOPED_HARNESS h = harness_make(ARM, "group: nobody-has-this-name\n");
+    harness_assert_refused(&h, "no group 'nobody-has-this-name'");
 }
 
 /* It opens; reading at address 0 fails. */
 TEST(the_cause_of_an_unreadable_robot_is_named)
 {
-    harness h;
-    harness_make(&h, "  - name: arm\n    urdf: /proc/self/mem\n", "");
-    assert_int_not_equal(harness_run(&h), 0);
-    assert_true(harness_logged(&h, "(/proc/self/mem): file cannot be read: Input/output error"));
-    harness_remove(&h);
+    SCOPED_HARNESS h = harness_make("  - name: arm\n    urdf: /proc/self/mem\n", "");
+    harness_assert_refused(&h, "(/proc/self/mem): file cannot be read: Input/output error");
 }
 
 TEST(open_directory_is_refused)
 {
-    harness h;
-    harness_make(&h, ARM, "");
+    SCOPED_HARNESS h = harness_make(ARM, "");
     assert_int_equal(mkdir(h.runtime_dir, 0777), 0);
     assert_int_equal(chmod(h.runtime_dir, 0777), 0);
-    assert_int_not_equal(harness_run(&h), 0);
-    assert_true(harness_logged(&h, "must belong to user"));
-    harness_remove(&h);
+    harness_assert_refused(&h, "must belong to user");
 }
 
 /* ---- a very long robot: names do not fit a packet, M does not fit a slot ---- */
@@ -202,16 +188,14 @@ static void ask_chain(tfa_client *client)
 
 TEST(very_long_robot)
 {
-    harness h;
     char file[96], name[64];
-    harness_make(&h, "  - {name: chain, urdf: chain.urdf}\n", "");
+    SCOPED_HARNESS h = harness_make("  - {name: chain, urdf: chain.urdf}\n", "");
     snprintf(file, sizeof file, "%s/chain.urdf", h.directory);
     write_chain(file);
     harness_start(&h, "chain");
     tfa_client_options options = harness_options(&h, "chain");
-    tfa_client *client;
     options.max_batch = 2;
-    assert_int_equal(tfa_client_connect(&options, &client), TFA_OK);
+    SCOPED_CLIENT *client = harness_connect_with(&options);
     const tfa_client_info *info = tfa_client_get_info(client);
     assert_int_equal(info->joint_count, LINKS);
     assert_int_equal(info->frame_count, LINKS + 1);
@@ -221,6 +205,4 @@ TEST(very_long_robot)
         assert_int_equal(info->joint_types[i], TFA_JOINT_CONTINUOUS);
     }
     ask_chain(client);
-    tfa_client_close(client);
-    harness_remove(&h);
 }

@@ -7,6 +7,7 @@
 #include <totalforce/statistics.h>
 
 #include "harness.h"
+#include "models.h"
 #include "raw_client.h"
 #include "test.h"
 
@@ -43,6 +44,7 @@ static void close_reader(reader *r)
     tfa_snapshot_free(r->now);
     tfa_statistics_close(r->statistics);
 }
+#define SCOPED_READER SCOPED(close_reader) reader
 
 /* ---- laws ---- */
 
@@ -137,11 +139,10 @@ static void await_clients(reader *r, uint32_t robot, uint32_t clients)
 
 TEST(what_was_received_was_counted)
 {
-    harness h;
     double q[14] = {0.1, 0.2}, v[14] = {0}, tau[14] = {0}, qdd[14];
     tfa_answer answers[2];
-    harness_serve(&h, TWO_ROBOTS, "workers: 2\n");
-    reader r = open_reader(&h);
+    SCOPED_HARNESS h = harness_serve(TWO_ROBOTS, "workers: 2\n");
+    SCOPED_READER r = open_reader(&h);
     read_all(&r);
     assert_int_equal(r.now->process, h.pid);
     assert_int_equal(r.now->robot_count, 2);
@@ -157,12 +158,7 @@ TEST(what_was_received_was_counted)
                    *c = harness_connect(&h, "other", TFA_WAIT_BLOCK);
     options.max_batch = 2;
     assert_int_equal(tfa_client_connect(&options, &a), TFA_OK);
-    tfa_request request = {.op = TFA_OP_FORWARD_DYNAMICS,
-                           .refine = TFA_REFINE_DEFAULT,
-                           .count = 1,
-                           .q = q,
-                           .v = v,
-                           .tau = tau};
+    tfa_request request = request_fd(q, v, tau);
     tfa_reply reply = {.qdd = qdd, .answers = answers};
     for (int i = 0; i < 10; i++)
         assert_int_equal(tfa_client_call(a, &request, &reply, WAIT_NS, NULL), TFA_OK);
@@ -205,20 +201,17 @@ TEST(what_was_received_was_counted)
     tfa_client_close(c);
     await_clients(&r, 0, 0);
     assert_int_equal(await_requests(&r, 0, 19)->departed.rejected, 3);
-    close_reader(&r);
-    harness_remove(&h);
 }
 
 /* The state that a live page draws: that of a request with an answer, published every 10 ms. */
 TEST(last_state)
 {
-    harness h;
     double qdd[7], q[7], v[7], tau[7];
-    harness_serve(&h, ARM, "");
-    reader r = open_reader(&h);
+    SCOPED_HARNESS h = harness_serve(ARM, "");
+    SCOPED_READER r = open_reader(&h);
     read_all(&r);
     assert_int_equal(r.now->robots[0].state.time, 0);
-    tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
+    SCOPED_CLIENT *client = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
     for (int i = 1; i <= 3; i++) {
         assert_int_equal(ask_arm(client, i, qdd, WAIT_NS), TFA_OK);
         (void)arm_request(i, q, v, tau);
@@ -228,9 +221,6 @@ TEST(last_state)
         assert_int_equal(r.now->robots[0].state.floating, 0);
         sleep_ms(12); /* longer than the interval of publications: the next one is due */
     }
-    tfa_client_close(client);
-    close_reader(&r);
-    harness_remove(&h);
 }
 
 /* ---- under load ---- */
@@ -268,14 +258,13 @@ static void *ask(void *arg)
 TEST(snapshots_under_load)
 {
     enum { ASKERS = 3, SNAPSHOTS = 200, DEPARTED = TEST_ROUNDS(4000) };
-    harness h;
     _Atomic bool stop = false;
     _Atomic uint64_t answered = 0;
     asker askers[ASKERS];
     uint64_t before = 0;
     uint32_t snapshots = 0;
-    harness_serve(&h, ARM, "workers: 2\n");
-    reader r = open_reader(&h);
+    SCOPED_HARNESS h = harness_serve(ARM, "workers: 2\n");
+    SCOPED_READER r = open_reader(&h);
     for (int i = 0; i < ASKERS; i++) {
         askers[i] = (asker){&h, 0, &stop, &answered, i > 0};
         assert_int_equal(pthread_create(&askers[i].thread, NULL, ask, &askers[i]), 0);
@@ -294,19 +283,16 @@ TEST(snapshots_under_load)
     await_clients(&r, 0, 0);
     const tfa_robot_statistics *arm = await_requests(&r, 0, atomic_load(&answered));
     assert_int_equal(arm->departed.requests, atomic_load(&answered));
-    close_reader(&r);
-    harness_remove(&h);
 }
 
 /* ---- clients that do not behave, and models that change ---- */
 
 TEST(a_killed_client_keeps_its_counts)
 {
-    harness h;
     int pipes[2];
     uint64_t answered = 0;
-    harness_serve(&h, ARM, "");
-    reader r = open_reader(&h);
+    SCOPED_HARNESS h = harness_serve(ARM, "");
+    SCOPED_READER r = open_reader(&h);
     assert_int_equal(pipe(pipes), 0);
     const pid_t child = fork();
     if (child == 0) {
@@ -330,18 +316,15 @@ TEST(a_killed_client_keeps_its_counts)
     assert_int_equal(waitpid(child, NULL, 0), child);
     await_clients(&r, 0, 0);
     assert_int_equal(await_requests(&r, 0, answered)->departed.requests, answered);
-    close_reader(&r);
-    harness_remove(&h);
 }
 
 /* Garbage under good sequence numbers is answered, mostly refused; then the sequence is broken. */
 TEST(a_hostile_client_is_counted)
 {
     enum { SLOTS = 200 };
-    scene s;
     uint64_t seed = 7;
-    open_scene(&s, "");
-    reader r = open_reader(&s.h);
+    SCOPED_SCENE s = open_scene("");
+    SCOPED_READER r = open_reader(&s.h);
     read_all(&r);
     const uint64_t before = r.now->robots[0].total.requests;
     raw_client v = connect_client(&s.h, TFA_WAIT_HYBRID);
@@ -359,18 +342,15 @@ TEST(a_hostile_client_is_counted)
     disconnect_client(&v);
     await_clients(&r, 0, 1); /* the honest one */
     (void)await_requests(&r, 0, before + SLOTS);
-    close_reader(&r);
-    close_scene(&s);
 }
 
 TEST(a_reload_keeps_counts)
 {
-    harness h;
     double qdd[7];
     char hash[72], text[256];
-    harness_serve(&h, TWO_ROBOTS, "");
-    reader r = open_reader(&h);
-    tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
+    SCOPED_HARNESS h = harness_serve(TWO_ROBOTS, "");
+    SCOPED_READER r = open_reader(&h);
+    SCOPED_CLIENT *client = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
     for (int i = 0; i < 20; i++)
         assert_int_equal(ask_arm(client, i, qdd, WAIT_NS), TFA_OK);
     (void)await_requests(&r, 0, 20);
@@ -385,16 +365,12 @@ TEST(a_reload_keeps_counts)
     assert_string_equal(arm->served.model_hash, hash);
     assert_string_not_equal(r.now->robots[1].served.model_hash, hash);
     assert_int_equal(r.now->reloads, 1);
-    tfa_client_close(client);
-    close_reader(&r);
-    harness_remove(&h);
 }
 
 /* ---- the descriptor ---- */
 
 static int ask_descriptor(const harness *h)
 {
-    struct sockaddr_un address = {.sun_family = AF_UNIX};
     union {
         char bytes[CMSG_SPACE(sizeof(int))];
         struct cmsghdr align;
@@ -405,9 +381,8 @@ static int ask_descriptor(const harness *h)
                              .msg_iovlen = 1,
                              .msg_control = control.bytes,
                              .msg_controllen = sizeof control.bytes};
-    int fd = socket(AF_UNIX, SOCK_SEQPACKET, 0), found = -1;
-    snprintf(address.sun_path, sizeof address.sun_path, "%s/.control.sock", h->runtime_dir);
-    assert_int_equal(connect(fd, (struct sockaddr *)&address, sizeof address), 0);
+    const int fd = harness_dial(h, ".control.sock");
+    int found = -1;
     assert_int_equal(send(fd, "statistics", 10, 0), 10);
     assert_int_equal(recvmsg(fd, &message, 0), 2);
     assert_memory_equal(text, "ok", 2);
@@ -419,9 +394,8 @@ static int ask_descriptor(const harness *h)
 
 TEST(a_reader_cannot_write)
 {
-    harness h;
     char path[64];
-    harness_serve(&h, ARM, "");
+    SCOPED_HARNESS h = harness_serve(ARM, "");
     const int fd = ask_descriptor(&h);
     snprintf(path, sizeof path, "/proc/self/fd/%d", fd);
     for (int i = 0; i < 2; i++) {
@@ -433,17 +407,15 @@ TEST(a_reader_cannot_write)
         assert_ptr_equal(mmap(NULL, 64, PROT_READ | PROT_WRITE, MAP_SHARED, way, 0), MAP_FAILED);
         close(way);
     }
-    harness_remove(&h);
 }
 
 /* After the end of the daemon its last figures stay, and say so. */
 TEST(end_of_the_daemon)
 {
-    harness h;
     double qdd[7];
     tfa_statistics *none;
-    harness_serve(&h, ARM, "");
-    reader r = open_reader(&h);
+    SCOPED_HARNESS h = harness_serve(ARM, "");
+    SCOPED_READER r = open_reader(&h);
     tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
     assert_int_equal(ask_arm(client, 1, qdd, WAIT_NS), TFA_OK);
     (void)await_requests(&r, 0, 1);
@@ -454,8 +426,6 @@ TEST(end_of_the_daemon)
     assert_int_equal(r.now->stopped, 1);
     assert_int_equal(tfa_statistics_open(h.runtime_dir, 0, &none), TFA_E_DISCONNECTED);
     assert_null(none);
-    close_reader(&r);
-    harness_remove(&h);
 }
 
 /* Files that are no statistics, or other ones, are refused. */

@@ -208,8 +208,8 @@ TEST(nothing_observable_changes)
 TEST(the_last_request_is_solved_again)
 {
     counting_solver s = {.state_ns = 100};
-    tfa_worker *worker = make_worker(&s, WARM_NS, TFA_WAIT_SPIN);
-    tfa_local_client client;
+    SCOPED_WORKER *worker = make_worker(&s, WARM_NS, TFA_WAIT_SPIN);
+    SCOPED_LOCAL_CLIENT client;
     open_client(worker, &client);
     for (int k = 0; k < 6; k++) {
         send_batch(&client, TFA_OP_FORWARD_DYNAMICS, 1, k);
@@ -219,8 +219,6 @@ TEST(the_last_request_is_solved_again)
     }
     assert_in_range(s.warm_calls, 6 * 3, 6 * 5);
     assert_int_equal(s.wrong, 0);
-    tfa_local_client_close(&client);
-    tfa_worker_destroy(worker);
 }
 
 /* Clients with ordinary requests take turns, unless they have been silent for long. */
@@ -230,7 +228,7 @@ TEST(every_client_has_its_turn)
     const tfa_worker_robot robots[] = {robot_of(&one), robot_of(&two)};
     const tfa_worker_options options = {
         .robots = robots, .robot_count = 2, .warm_ns = WARM_NS, .wait = TFA_WAIT_SPIN};
-    tfa_worker *worker;
+    SCOPED_WORKER *worker;
     tfa_local_client client[2];
     assert_int_equal(tfa_worker_create(&options, &worker), TFA_OK);
     for (uint32_t i = 0; i < 2; i++) {
@@ -250,7 +248,6 @@ TEST(every_client_has_its_turn)
     assert_in_range(two.warm_calls - before, 15, 20);
     for (int i = 0; i < 2; i++)
         tfa_local_client_close(&client[i]);
-    tfa_worker_destroy(worker);
 }
 
 /* ---- bounds ---- */
@@ -259,8 +256,8 @@ TEST(every_client_has_its_turn)
 TEST(a_request_waits_for_one_warm_up)
 {
     counting_solver s = {.state_ns = 400, .warm_state_ns = 400};
-    tfa_worker *worker = make_worker(&s, WARM_NS, TFA_WAIT_SPIN);
-    tfa_local_client client;
+    SCOPED_WORKER *worker = make_worker(&s, WARM_NS, TFA_WAIT_SPIN);
+    SCOPED_LOCAL_CLIENT client;
     open_client(worker, &client);
     (void)warm_calls_after(worker, &client, &s, TFA_OP_FORWARD_DYNAMICS, 1);
     s.sends = &client;
@@ -275,8 +272,6 @@ TEST(a_request_waits_for_one_warm_up)
     const tfa_wire_reply *line = tfa_ring_oldest_reply(&client.ring);
     assert_true(line->t_done - sent <= s.warm_state_ns + s.state_ns + 10);
     assert_true(receive_from(&client, 5, 5));
-    tfa_local_client_close(&client);
-    tfa_worker_destroy(worker);
 }
 
 /* However long the request, warm-ups take a small share of the time. */
@@ -285,8 +280,8 @@ TEST(warm_ups_take_a_small_share)
     static const uint64_t lengths[] = {100, 1000, 5000, TURN_NS};
     for (size_t k = 0; k < sizeof lengths / sizeof *lengths; k++) {
         counting_solver s = {.state_ns = lengths[k], .warm_state_ns = lengths[k]};
-        tfa_worker *worker = make_worker(&s, 1000, TFA_WAIT_SPIN);
-        tfa_local_client client;
+        SCOPED_WORKER *worker = make_worker(&s, 1000, TFA_WAIT_SPIN);
+        SCOPED_LOCAL_CLIENT client;
         open_client(worker, &client);
         send_batch(&client, TFA_OP_FORWARD_DYNAMICS, 1, 3);
         answer_all(worker);
@@ -294,8 +289,6 @@ TEST(warm_ups_take_a_small_share)
         run_idle(worker, 100 * TURN_NS);
         assert_true(s.warm_calls > 1);
         assert_true(s.warm_ns <= (now_ns - start) / 10 + lengths[k]);
-        tfa_local_client_close(&client);
-        tfa_worker_destroy(worker);
     }
 }
 
@@ -333,7 +326,7 @@ TEST(only_ordinary_requests)
 TEST(none_for_direct_clients)
 {
     counting_solver s = {.state_ns = 100};
-    tfa_worker *worker = make_worker(&s, WARM_NS, TFA_WAIT_SPIN);
+    SCOPED_WORKER *worker = make_worker(&s, WARM_NS, TFA_WAIT_SPIN);
     const double q[2] = {1, 2}, tau[2] = {3, 4};
     double qdd[2];
     tfa_worker_call call = {
@@ -368,7 +361,6 @@ TEST(none_for_direct_clients)
     assert_int_equal(s.warm_calls, 0);
     assert_true(tfa_worker_detach(worker, client));
     free(memory);
-    tfa_worker_destroy(worker);
 }
 
 /* ---- the end of warm-ups ---- */
@@ -379,8 +371,8 @@ TEST(none_while_the_worker_sleeps)
     static const tfa_wait modes[] = {TFA_WAIT_BLOCK, TFA_WAIT_HYBRID};
     for (int k = 0; k < 2; k++) {
         counting_solver s = {.state_ns = 100};
-        tfa_worker *worker = make_worker(&s, WARM_NS, modes[k]);
-        tfa_local_client client;
+        SCOPED_WORKER *worker = make_worker(&s, WARM_NS, modes[k]);
+        SCOPED_LOCAL_CLIENT client;
         open_client(worker, &client);
         worker->modes[TFA_WAIT_BLOCK] = 0; /* whatever the processors of this machine */
         worker->modes[TFA_WAIT_HYBRID] = k == 1;
@@ -395,8 +387,6 @@ TEST(none_while_the_worker_sleeps)
         assert_int_equal(s.warm_calls, 0);
         worker->modes[client.client->wait] = 1;
         worker->modes[client.client->wait == TFA_WAIT_BLOCK ? TFA_WAIT_HYBRID : TFA_WAIT_BLOCK] = 0;
-        tfa_local_client_close(&client);
-        tfa_worker_destroy(worker);
     }
 }
 
@@ -404,9 +394,9 @@ TEST(none_while_the_worker_sleeps)
 TEST(dropped_with_the_model)
 {
     counting_solver first = {.state_ns = 100}, second = {.state_ns = 100};
-    tfa_worker *worker = make_worker(&first, WARM_NS, TFA_WAIT_SPIN);
+    SCOPED_WORKER *worker = make_worker(&first, WARM_NS, TFA_WAIT_SPIN);
     const tfa_worker_robot next = robot_of(&second);
-    tfa_local_client client;
+    SCOPED_LOCAL_CLIENT client;
     open_client(worker, &client);
     assert_true(warm_calls_after(worker, &client, &first, TFA_OP_FORWARD_DYNAMICS, 1) > 0);
     const uint64_t before = first.warm_calls;
@@ -417,8 +407,6 @@ TEST(dropped_with_the_model)
     assert_int_equal(second.warm_calls, 0);
     assert_true(warm_calls_after(worker, &client, &second, TFA_OP_FORWARD_DYNAMICS, 1) > 0);
     assert_int_equal(first.warm_calls, before);
-    tfa_local_client_close(&client);
-    tfa_worker_destroy(worker);
 }
 
 /* Nothing is solved for a client that left or broke the protocol, nor for its successor before it
@@ -427,7 +415,7 @@ TEST(dropped_with_the_client)
 {
     for (int broken = 0; broken < 2; broken++) {
         counting_solver s = {.state_ns = 100};
-        tfa_worker *worker = make_worker(&s, WARM_NS, TFA_WAIT_SPIN);
+        SCOPED_WORKER *worker = make_worker(&s, WARM_NS, TFA_WAIT_SPIN);
         tfa_local_client client, next;
         open_client(worker, &client);
         assert_true(warm_calls_after(worker, &client, &s, TFA_OP_FORWARD_DYNAMICS, 1) > 0);
@@ -446,6 +434,5 @@ TEST(dropped_with_the_client)
         run_idle(worker, 10 * WARM_NS);
         assert_int_equal(s.warm_calls, before);
         tfa_local_client_close(&next);
-        tfa_worker_destroy(worker);
     }
 }

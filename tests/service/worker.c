@@ -47,6 +47,12 @@ typedef struct bench {
     pthread_t thread;
 } bench;
 
+static void close_bench(bench *b)
+{
+    tfa_worker_destroy(b->worker);
+}
+#define SCOPED_BENCH SCOPED(close_bench) bench
+
 static void make_bench(bench *b, tfa_wait wait)
 {
     const tfa_worker_robot robot = {
@@ -61,8 +67,8 @@ static void make_bench(bench *b, tfa_wait wait)
 
 TEST(cycle_answers)
 {
-    bench b;
-    tfa_local_client local_client;
+    SCOPED_BENCH b;
+    SCOPED_LOCAL_CLIENT local_client;
     make_bench(&b, TFA_WAIT_BLOCK);
     assert_int_equal(tfa_local_client_open(b.worker, 0, 8, 4, &local_client), TFA_OK);
     assert_int_equal(tfa_worker_cycle(b.worker), 0);
@@ -76,15 +82,13 @@ TEST(cycle_answers)
     assert_int_equal(b.calls, 50);
     assert_int_equal(tfa_worker_client_sums(local_client.client).requests, 50);
     assert_int_equal(tfa_worker_heartbeat(b.worker), 51);
-    tfa_local_client_close(&local_client);
-    tfa_worker_destroy(b.worker);
 }
 
 /* A client with a full ring does not keep another waiting for more than one request. */
 TEST(turns_are_bounded)
 {
-    bench b;
-    tfa_local_client greedy, modest;
+    SCOPED_BENCH b;
+    SCOPED_LOCAL_CLIENT greedy, modest;
     make_bench(&b, TFA_WAIT_BLOCK);
     assert_int_equal(tfa_local_client_open(b.worker, 0, 64, 1, &greedy), TFA_OK);
     assert_int_equal(tfa_local_client_open(b.worker, 0, 1, 1, &modest), TFA_OK);
@@ -101,15 +105,12 @@ TEST(turns_are_bounded)
     const tfa_wire_reply *second = tfa_ring_oldest_reply(&greedy.ring);
     assert_true(own->t_done <= second->t_start);
     assert_true(receive_from(&modest, 2, 5));
-    tfa_local_client_close(&greedy);
-    tfa_local_client_close(&modest);
-    tfa_worker_destroy(b.worker);
 }
 
 TEST(refusals_are_counted)
 {
-    bench b;
-    tfa_local_client local_client;
+    SCOPED_BENCH b;
+    SCOPED_LOCAL_CLIENT local_client;
     tfa_wire_reply_shape ask;
     tfa_reply reply;
     const tfa_request wrong = {.op = TFA_OP_MASS_MATRIX, .count = 1};
@@ -137,14 +138,12 @@ TEST(refusals_are_counted)
     assert_int_equal(reply.status, TFA_E_PROTOCOL);
     assert_int_equal(b.calls, 1);
     assert_int_equal(tfa_worker_client_sums(local_client.client).rejected, 2);
-    tfa_local_client_close(&local_client);
-    tfa_worker_destroy(b.worker);
 }
 
 TEST(broken_window_ends_the_client)
 {
-    bench b;
-    tfa_local_client bad, good;
+    SCOPED_BENCH b;
+    SCOPED_LOCAL_CLIENT bad, good;
     make_bench(&b, TFA_WAIT_BLOCK);
     assert_int_equal(tfa_local_client_open(b.worker, 0, 4, 1, &bad), TFA_OK);
     assert_int_equal(tfa_local_client_open(b.worker, 0, 4, 1, &good), TFA_OK);
@@ -156,14 +155,11 @@ TEST(broken_window_ends_the_client)
     assert_false(tfa_worker_client_is_broken(good.client));
     atomic_store(&line->seq, 1); /* too late to be good again */
     assert_int_equal(tfa_worker_cycle(b.worker), 0);
-    tfa_local_client_close(&bad);
-    tfa_local_client_close(&good);
-    tfa_worker_destroy(b.worker);
 }
 
 TEST(client_entries_run_out_and_come_back)
 {
-    bench b;
+    SCOPED_BENCH b;
     tfa_local_client *ports = calloc(TFA_WORKER_CLIENTS_MAX + 1, sizeof *ports);
     make_bench(&b, TFA_WAIT_BLOCK);
     for (int round = 0; round < 2; round++) {
@@ -178,13 +174,12 @@ TEST(client_entries_run_out_and_come_back)
     assert_int_equal(tfa_local_client_open(b.worker, 0, 3, 1, &ports[0]), TFA_E_SIZE);
     assert_int_equal(tfa_local_client_open(b.worker, 0, 1, 5, &ports[0]), TFA_E_SIZE);
     free(ports);
-    tfa_worker_destroy(b.worker);
 }
 
 TEST(sleep_ends_for_requests_and_kicks)
 {
-    bench b;
-    tfa_local_client local_client;
+    SCOPED_BENCH b;
+    SCOPED_LOCAL_CLIENT local_client;
     make_bench(&b, TFA_WAIT_BLOCK);
     assert_int_equal(tfa_local_client_open(b.worker, 0, 1, 1, &local_client), TFA_OK);
     tfa_worker_sleep(b.worker, -1); /* the wake-up of attach */
@@ -193,8 +188,6 @@ TEST(sleep_ends_for_requests_and_kicks)
     assert_int_equal(tfa_worker_cycle(b.worker), 1);
     tfa_worker_wake(b.worker);
     tfa_worker_sleep(b.worker, -1);
-    tfa_local_client_close(&local_client);
-    tfa_worker_destroy(b.worker);
 }
 
 /* ---- with threads ---- */
@@ -248,7 +241,7 @@ static void *visitor(void *argument)
 
 static void threads(tfa_wait wait)
 {
-    bench b;
+    SCOPED_BENCH b;
     tfa_local_client ports[CLIENTS];
     pthread_t clients[CLIENTS], guest;
     void *result;
@@ -271,7 +264,6 @@ static void threads(tfa_wait wait)
     }
     tfa_worker_stop(b.worker);
     pthread_join(b.thread, NULL);
-    tfa_worker_destroy(b.worker);
 }
 
 TEST(threads_hybrid)
@@ -287,8 +279,8 @@ TEST(threads_block)
 /* What is in the rings when the end comes is answered. */
 TEST(stop_drains)
 {
-    bench b;
-    tfa_local_client local_client;
+    SCOPED_BENCH b;
+    SCOPED_LOCAL_CLIENT local_client;
     make_bench(&b, TFA_WAIT_BLOCK);
     assert_int_equal(tfa_local_client_open(b.worker, 0, 64, 1, &local_client), TFA_OK);
     for (uint64_t i = 0; i < 64; i++)
@@ -300,8 +292,6 @@ TEST(stop_drains)
         assert_true(tfa_ring_reply_ready(&local_client.ring));
         assert_true(receive_from(&local_client, 1, i));
     }
-    tfa_local_client_close(&local_client);
-    tfa_worker_destroy(b.worker);
 }
 
 /* ---- other solvers, and clients that have to go ---- */
@@ -355,9 +345,9 @@ static void make_bench_of(bench *b, one_of *one)
 /* The cycle after an offer answers with it, and without requests takes it all the same. */
 TEST(offers_are_taken)
 {
-    bench b;
+    SCOPED_BENCH b;
     one_of ones[3] = {{0}};
-    tfa_local_client local_client;
+    SCOPED_LOCAL_CLIENT local_client;
     make_bench_of(&b, &ones[0]);
     assert_int_equal(tfa_local_client_open(b.worker, 0, 4, 1, &local_client), TFA_OK);
     for (uint32_t i = 0; i < 3; i++) {
@@ -369,15 +359,13 @@ TEST(offers_are_taken)
         assert_int_equal(ones[i].calls, 1);
         assert_true(receive_from(&local_client, i, i));
     }
-    tfa_local_client_close(&local_client);
-    tfa_worker_destroy(b.worker);
 }
 
 /* Clients ask all the time; each solver is spoilt as soon as the worker says that it took the next.
  * ThreadSanitizer sees to it that this is an order and not luck. */
 TEST(offers_while_asked)
 {
-    bench b;
+    SCOPED_BENCH b;
     one_of *ones = calloc(OFFERS, sizeof *ones);
     tfa_local_client ports[CLIENTS];
     pthread_t clients[CLIENTS];
@@ -408,14 +396,13 @@ TEST(offers_while_asked)
         assert_false(ones[i].asked_late);
     }
     assert_int_equal(calls, CLIENTS * EXCHANGES);
-    tfa_worker_destroy(b.worker);
     free(ones);
 }
 
 /* What a client sent before it has to go is answered; another is not disturbed. */
 TEST(drained_clients)
 {
-    bench b;
+    SCOPED_BENCH b;
     _Atomic bool hold = false;
     one_of one = {.hold = &hold};
     tfa_local_client local_client, other;
@@ -443,6 +430,5 @@ TEST(drained_clients)
     tfa_local_client_close(&other);
     tfa_worker_stop(b.worker);
     pthread_join(b.thread, NULL);
-    tfa_worker_destroy(b.worker);
     free(local_client.memory);
 }

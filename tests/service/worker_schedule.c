@@ -99,8 +99,8 @@ static uint64_t keep_asking(tfa_local_client *client, uint32_t states)
 TEST(batches_are_cut_by_cost)
 {
     timed_solver s = {.state_ns = 500};
-    tfa_worker *worker = make_worker(&s);
-    tfa_local_client client;
+    SCOPED_WORKER *worker = make_worker(&s);
+    SCOPED_LOCAL_CLIENT client;
     open_client(worker, STATES, &client);
     send_batch(&client, STATES, 7);
     while (tfa_worker_cycle(worker))
@@ -118,16 +118,14 @@ TEST(batches_are_cut_by_cost)
     for (uint32_t i = 0; i < 2 * STATES; i++)
         assert_true(qdd[i] == i);
     tfa_ring_release(&client.ring);
-    tfa_local_client_close(&client);
-    tfa_worker_destroy(worker);
 }
 
 /* States that suddenly cost a hundred times as much are noticed at the next part. */
 TEST(cost_follows_the_clock)
 {
     timed_solver s = {.state_ns = 100};
-    tfa_worker *worker = make_worker(&s);
-    tfa_local_client client;
+    SCOPED_WORKER *worker = make_worker(&s);
+    SCOPED_LOCAL_CLIENT client;
     open_client(worker, STATES, &client);
     send_batch(&client, STATES, 1);
     while (tfa_worker_cycle(worker))
@@ -139,8 +137,6 @@ TEST(cost_follows_the_clock)
     while (tfa_worker_cycle(worker))
         ;
     assert_true(s.longest_ns <= TURN_NS);
-    tfa_local_client_close(&client);
-    tfa_worker_destroy(worker);
 }
 
 /* Attackers with batches of every size, and one client with a single state now and then: it waits
@@ -150,7 +146,7 @@ TEST(a_polite_client_waits_for_one_turn)
     static const uint32_t sizes[] = {1, 31, 32, 33, 257, STATES};
     for (size_t k = 0; k < sizeof sizes / sizeof *sizes; k++) {
         timed_solver s = {.state_ns = 600};
-        tfa_worker *worker = make_worker(&s);
+        SCOPED_WORKER *worker = make_worker(&s);
         tfa_local_client attackers[CLIENTS - 1], polite;
         for (int i = 0; i < CLIENTS - 1; i++)
             open_client(worker, STATES, &attackers[i]);
@@ -180,7 +176,6 @@ TEST(a_polite_client_waits_for_one_turn)
         for (int i = 0; i < CLIENTS - 1; i++)
             tfa_local_client_close(&attackers[i]);
         tfa_local_client_close(&polite);
-        tfa_worker_destroy(worker);
     }
 }
 
@@ -190,7 +185,7 @@ TEST(shares_are_equal_in_time)
     static const uint32_t sizes[] = {8, 16, 32, 500, STATES};
     enum { COUNT = sizeof sizes / sizeof *sizes };
     timed_solver s = {.state_ns = 400};
-    tfa_worker *worker = make_worker(&s);
+    SCOPED_WORKER *worker = make_worker(&s);
     tfa_local_client client[COUNT];
     uint64_t states[COUNT] = {0};
     for (int i = 0; i < COUNT; i++)
@@ -206,7 +201,6 @@ TEST(shares_are_equal_in_time)
             fail_msg("batches of %u states: %.2f of a fair share", sizes[i], share);
         tfa_local_client_close(&client[i]);
     }
-    tfa_worker_destroy(worker);
 }
 
 static bool took(const tfa_worker *w)
@@ -219,9 +213,9 @@ static bool took(const tfa_worker *w)
 TEST(long_requests_keep_their_solver)
 {
     timed_solver first = {.state_ns = 500}, second = {.state_ns = 500};
-    tfa_worker *worker = make_worker(&first);
+    SCOPED_WORKER *worker = make_worker(&first);
     const tfa_worker_robot next = robot_of(&second);
-    tfa_local_client busy, other;
+    SCOPED_LOCAL_CLIENT busy, other;
     open_client(worker, STATES, &busy);
     open_client(worker, 1, &other);
     send_batch(&busy, STATES, 1);
@@ -237,16 +231,13 @@ TEST(long_requests_keep_their_solver)
     assert_int_equal(first.states, STATES);
     assert_int_equal(second.states, 1);
     assert_true(took(worker));
-    tfa_local_client_close(&busy);
-    tfa_local_client_close(&other);
-    tfa_worker_destroy(worker);
 }
 
 /* A client that is detached in the middle of a long request leaves nothing under way. */
 TEST(detached_in_the_middle)
 {
     timed_solver s = {.state_ns = 500}, second = {.state_ns = 500};
-    tfa_worker *worker = make_worker(&s);
+    SCOPED_WORKER *worker = make_worker(&s);
     const tfa_worker_robot next = robot_of(&second);
     tfa_local_client busy;
     open_client(worker, STATES, &busy);
@@ -260,15 +251,14 @@ TEST(detached_in_the_middle)
     assert_true(tfa_worker_detach(worker, busy.client));
     atomic_store(&worker->phase, WORKER_IDLE);
     free(busy.memory);
-    tfa_worker_destroy(worker);
 }
 
 /* A request whose deadline passed is refused by name and costs nothing; one in time is answered. */
 TEST(late_requests_are_refused)
 {
     timed_solver s = {.state_ns = 50000};
-    tfa_worker *worker = make_worker(&s);
-    tfa_local_client busy, hurried;
+    SCOPED_WORKER *worker = make_worker(&s);
+    SCOPED_LOCAL_CLIENT busy, hurried;
     open_client(worker, STATES, &busy);
     open_client(worker, 1, &hurried);
     send_batch(&busy, 1, 1);
@@ -291,7 +281,4 @@ TEST(late_requests_are_refused)
     assert_int_equal(count.requests, 2);
     assert_int_equal(count.rejected, 1);
     assert_int_equal(count.late, 1);
-    tfa_local_client_close(&busy);
-    tfa_local_client_close(&hurried);
-    tfa_worker_destroy(worker);
 }

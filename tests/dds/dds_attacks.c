@@ -93,30 +93,40 @@ static void huge_sequences(const attacker *a)
         (void)dds_write(writer, &request);
 }
 
-/* Answers every request before the daemon may, and withdraws the robot again and again. */
-static void forged_replies(const attacker *a)
+void dds_forge(dds_entity_t p, const dds_entity_t *topics, dds_forger *f)
 {
     static totalforce_dds_Request request;
-    double lies[JOINTS] = {666};
+    double lies[JOINTS] = {DDS_LIE};
     const dds_entity_t requests =
-        tfa_dds_create_reader(a->participant, a->topics[TFA_DDS_REQUEST], TFA_DDS_REQUEST, NULL);
-    const dds_entity_t replies = make_writer(a, TFA_DDS_REPLY);
-    const dds_entity_t infos = make_writer(a, TFA_DDS_ROBOT_INFO);
-    for (uint32_t k = 0;; k++) {
+        tfa_dds_create_reader(p, topics[TFA_DDS_REQUEST], TFA_DDS_REQUEST, NULL);
+    const dds_entity_t replies =
+        tfa_dds_create_writer(p, topics[TFA_DDS_REPLY], TFA_DDS_REPLY, NULL);
+    const dds_entity_t infos =
+        tfa_dds_create_writer(p, topics[TFA_DDS_ROBOT_INFO], TFA_DDS_ROBOT_INFO, NULL);
+    while (!atomic_load(&f->stop)) {
         totalforce_dds_RobotInfo info = {.q_count = 1};
         dds_sample_info_t state;
         if (dds_take(requests, (void *[]){&request}, &state, 1, 1) != 1 || !state.valid_data) {
             dds_sleepfor(DDS_USECS(100));
             continue;
         }
-        totalforce_dds_Reply reply = {
-            .id = request.id, .epoch = 1, .qdd = {JOINTS, JOINTS, lies, false}};
+        const uint32_t k = atomic_load(&f->forged);
+        totalforce_dds_Reply reply = {.id = request.id,
+                                      .epoch = k / 2 % 2 ? UINT64_MAX : 1,
+                                      .qdd = {JOINTS, JOINTS, lies, false}};
         memcpy(reply.robot, request.robot, sizeof reply.robot);
         memcpy(reply.client, request.client, sizeof reply.client);
         memcpy(info.robot, request.robot, sizeof info.robot);
-        (void)dds_write(replies, &reply);
+        (void)atomic_fetch_add(&f->forged, dds_write(replies, &reply) == DDS_RETCODE_OK);
         (void)(k % 2 ? dds_dispose(infos, &info) : dds_write(infos, &info));
     }
+    totalforce_dds_Request_free(&request, DDS_FREE_CONTENTS);
+}
+
+static void forged_replies(const attacker *a)
+{
+    static dds_forger for_ever;
+    dds_forge(a->participant, a->topics, &for_ever);
 }
 
 /* Readers that never read, writers that never write, again and again. */

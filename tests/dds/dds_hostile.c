@@ -5,6 +5,7 @@
  * its fault, and nobody else notices.
  */
 #include "dds/topics/dds_topics.h"
+#include "dds_attacks.h"
 #include "dds_test.h"
 #include "gateway_process.h"
 #include "models.h"
@@ -244,42 +245,13 @@ TEST(unknown_robots_leave_nothing)
     assert_int_equal(raw_dds_ask(&r, &s)->status, TFA_OK);
 }
 
-/* Answers every request on the wire before the daemon may, and withdraws the robot again and
- * again. */
-typedef struct forger {
-    _Atomic bool stop;
-    _Atomic uint32_t forged;
-} forger;
-
-static void *forge(void *arg)
+static void *forge(void *forger)
 {
-    forger *f = arg;
     const dds_entity_t p = dds_create_participant(test_domain(), NULL, NULL);
     dds_entity_t topics[TFA_DDS_REPLY + 1];
     for (tfa_dds_topic i = TFA_DDS_ROBOT_INFO; i <= TFA_DDS_REPLY; i++)
         topics[i] = tfa_dds_create_topic(p, i);
-    const dds_entity_t requests =
-        tfa_dds_create_reader(p, topics[TFA_DDS_REQUEST], TFA_DDS_REQUEST, NULL);
-    const dds_entity_t replies =
-        tfa_dds_create_writer(p, topics[TFA_DDS_REPLY], TFA_DDS_REPLY, NULL);
-    const dds_entity_t infos =
-        tfa_dds_create_writer(p, topics[TFA_DDS_ROBOT_INFO], TFA_DDS_ROBOT_INFO, NULL);
-    static totalforce_dds_Request request;
-    double lies[JOINTS] = {666};
-    while (!atomic_load(&f->stop)) {
-        dds_sample_info_t state;
-        totalforce_dds_RobotInfo info = {.q_count = 1};
-        if (dds_take(requests, (void *[]){&request}, &state, 1, 1) != 1 || !state.valid_data)
-            continue;
-        totalforce_dds_Reply reply = {.id = request.id, .qdd = {JOINTS, JOINTS, lies, false}};
-        memcpy(reply.robot, request.robot, sizeof reply.robot);
-        memcpy(reply.client, request.client, sizeof reply.client);
-        const uint32_t forged =
-            atomic_fetch_add(&f->forged, dds_write(replies, &reply) == DDS_RETCODE_OK);
-        memcpy(info.robot, request.robot, sizeof info.robot);
-        (void)(forged % 2 ? dds_dispose(infos, &info) : dds_write(infos, &info));
-    }
-    totalforce_dds_Request_free(&request, DDS_FREE_CONTENTS);
+    dds_forge(p, topics, forger);
     (void)dds_delete(p);
     return NULL;
 }
@@ -290,7 +262,7 @@ static void assert_not_believed(tfa_dds_client *client)
     double qdd[JOINTS];
     tfa_reply reply = {.qdd = qdd};
     assert_int_equal(tfa_dds_client_call(client, &request, &reply, WAIT_NS, NULL), TFA_OK);
-    assert_true(qdd[0] != 666);
+    assert_true(qdd[0] != DDS_LIE);
 }
 
 /* Replies of a participant that is not the daemon are not believed, nor is its word that the robot
@@ -299,7 +271,7 @@ TEST(forged_replies_are_dropped)
 {
     SCOPED_DAEMON daemon = test_daemon_start(test_domain(), NULL);
     SCOPED_DDS_CLIENT *client = dds_connect(test_domain(), "arm");
-    forger f = {.forged = 0};
+    dds_forger f = {.forged = 0};
     pthread_t thread;
     assert_int_equal(pthread_create(&thread, NULL, forge, &f), 0);
     assert_true(WAIT_FOR((assert_not_believed(client), atomic_load(&f.forged) > 300)));

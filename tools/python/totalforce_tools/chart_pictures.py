@@ -112,7 +112,7 @@ def legend(axes, methods):
     marks.append(Line2D([], [], color="#bbbbbb", lw=4, label="Pareto front"))
     marks.append(Line2D([], [], color="#888888", ls="--", lw=1, label="floor of the data"))
     axes.axis("off")
-    key = axes.legend(handles=marks, loc="upper left", borderaxespad=0, handletextpad=0.3)
+    key = axes.legend(handles=marks, loc="upper left", borderaxespad=0, handlelength=1.3)
     key.set_in_layout(False)  # it may be higher than a line of panels
 
 
@@ -179,12 +179,13 @@ def scatter(options, rows):
     notes = [f"front, {side or 'Lambda^-1'}: " + ", ".join(name_of(row, options) for row in front)
              for side, front in fronts.items()]
     subject = f"{rows[0].mechanism}, {rows[0].bodies} bodies{how(rows[0])}"
+    found = conclusion(rows, options).removeprefix(f"{rows[0].mechanism}: ")
     figure, axes = style.picture(
-        f"{subject}. {conclusion(rows, options)}", command.machine()[0], command.today(),
+        f"{subject}: {found}", command.machine()[0], command.today(),
         options.command, len(lines), len(sides) + 1,
-        (2.9 * len(sides) + 2.4, 3.3 * len(lines) + 2.2),
+        (2.9 * len(sides) + 2.7, 3.3 * len(lines) + 2.2),
         [*notes, LEGEND, *same_note(rows, options), silent_note(rows, options)],
-        gridspec_kw={"width_ratios": [3] * len(sides) + [1.4]})
+        gridspec_kw={"width_ratios": [3] * len(sides) + [1.6]})
     titles = {}
     for line, column in np.ndindex(len(lines), len(sides)):
         some = [row for row in drawn if row.rhs == sides[column]]

@@ -167,22 +167,23 @@ def batch_of(states):
     return states.request(np.arange(count) % states.count)
 
 
-def answers_of(row, states, solvers):
-    """Numbers, method, flags and estimate of one state after the other"""
-    if row.method not in cases.METHODS:
-        for s in range(states.count):
-            yield solvers.peers.answer(row.method, states, s), row.method, 0, NAN
-        return
-    how = {"method": row.method, "refine": row.refine}
-    solver = solvers.of[row.precision]
-    if is_batch(row.strategy):
-        reply = solver.compute(states.op, **batch_of(states), **how)
-        for s in range(states.count):
-            flags, estimate = reply.answers["flags"][s], reply.answers["error_estimate"][s]
-            yield states.answer(reply, s), reply.method[s], flags, estimate
-        return
+def batch_answers(row, states, solvers):
+    """Numbers, method, flags and estimate of each state, from one request"""
+    reply = solvers.of[row.precision].compute(states.op, **batch_of(states), method=row.method,
+                                              refine=row.refine)
+    flags, estimates = reply.answers["flags"], reply.answers["error_estimate"]
+    return [(states.answer(reply, s), reply.method[s], flags[s], estimates[s])
+            for s in range(states.count)]
+
+
+def single_answers(row, states, solvers):
+    """The same, state after state"""
     for s in range(states.count):
-        reply = solver.compute(states.op, **states.request(s), **how)
+        if row.method not in cases.METHODS:
+            yield solvers.peers.answer(row.method, states, s), row.method, 0, NAN
+            continue
+        reply = solvers.of[row.precision].compute(states.op, **states.request(s), method=row.method,
+                                                  refine=row.refine)
         yield states.answer(reply), reply.method, reply.flags, reply.error_estimate
 
 
@@ -190,8 +191,9 @@ def measure_errors(row, states, solvers, budget_ms):
     """Errors of all states, unless the first takes too long"""
     errors, worst, estimates, bits = [], [], [], []
     of_factors = PRECISIONS[row.precision][1] == "same"
-    start = time.thread_time()
-    for s, (found, method, flags, estimate) in enumerate(answers_of(row, states, solvers)):
+    answers = (batch_answers if is_batch(row.strategy) else single_answers)(row, states, solvers)
+    start = time.thread_time()  # a batch is there already: it has no budget
+    for s, (found, method, flags, estimate) in enumerate(answers):
         fell = flags & tf.ANSWER_FALLBACK
         if of_factors and flags & tf.ANSWER_RESIDUAL_PRECISION and not fell:
             return row.fail("E_UNSUPPORTED", "precision", "not supported")  # an answer of double

@@ -6,6 +6,7 @@
 #include "fixture.h"
 
 #include "kernels.h"
+#include "models.h"
 #include "test.h"
 
 #include <glob.h>
@@ -146,6 +147,16 @@ static int open_model(test_robot *robot, tfa_report *report, bool own)
     return 1;
 }
 
+void fixture_open_description(const char *name, tfa_description *d, tfa_base base,
+                              test_robot *robot)
+{
+    const tfa_model_options options = {.base = base};
+    *robot = (test_robot){.base = base, .lent = true, .description = d};
+    snprintf(robot->name, sizeof robot->name, "%s", name);
+    robot->model = compiled(d, &options);
+    open_workspaces(robot);
+}
+
 void fixture_open_chain(chain_mechanism mechanism, uint32_t links, uint64_t seed, tfa_base base,
                         test_robot *robot)
 {
@@ -204,6 +215,8 @@ void fixture_close(test_robot *robot)
     tfa_workspace_free(robot->f32);
     oracle_free(robot->o);
     tfa_model_free(robot->model);
+    if (robot->lent)
+        return;
     if (robot->random)
         random_robot_free(robot->description);
     else
@@ -278,6 +291,14 @@ bool fixture_refuses(const test_robot *robot, tfa_method method)
         if (inverting[k] == method)
             return tfa_model_summarise(robot->model).singular_body >= 0;
     return false;
+}
+
+uint32_t fixture_method(const test_robot *robot, tfa_op op, uint32_t m)
+{
+    for (; tfa_method_describe(m); m++)
+        if (tfa_method_describe(m)->ops & TFA_OP_BIT(op) && !fixture_refuses(robot, (tfa_method)m))
+            return m;
+    return NO_METHOD;
 }
 
 void compute_ok(const test_robot *robot, tfa_workspace *w, const tfa_request *request,

@@ -17,6 +17,7 @@ typedef struct test_robot {
     char path[1024]; /* of its file; empty: there is none */
     uint64_t seed;
     bool random; /* made here, not read from a file */
+    bool lent;   /* the description is another's */
     tfa_base base;
     tfa_description *description;
     oracle *o;
@@ -31,6 +32,9 @@ int fixture_open(uint32_t index, tfa_base base, test_robot *robot);
 /** Opens a chain of `links` behind the base: a test mechanism. */
 void fixture_open_chain(chain_mechanism mechanism, uint32_t links, uint64_t seed, tfa_base base,
                         test_robot *robot);
+/** Opens a description that outlives the robot, whose model must come about. */
+void fixture_open_description(const char *name, tfa_description *d, tfa_base base,
+                              test_robot *robot);
 /** Opens a random robot of several trees on a fixed world: two of three of its joints there are
  * floating. */
 void fixture_open_trees(uint64_t seed, test_robot *robot);
@@ -64,6 +68,10 @@ void compute_ok(const test_robot *robot, tfa_workspace *w, const tfa_request *re
 /** Has the robot a body that the method cannot invert, or a joint that it has no place for? It says
  * so by name: singular.c, chains_cr.c. */
 bool fixture_refuses(const test_robot *robot, tfa_method method);
+/** The next method, from `m` on, that answers the op and does not refuse the robot; NO_METHOD after
+ * the last. */
+#define NO_METHOD UINT32_MAX
+uint32_t fixture_method(const test_robot *robot, tfa_op op, uint32_t m);
 
 /** The 2-norm */
 double norm2(const double *x, size_t n);

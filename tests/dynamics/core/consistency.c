@@ -13,12 +13,6 @@
 #define WRENCHES 2
 #define LAMBDA ((size_t)36 * TIPS * TIPS)
 
-static const tfa_method methods[] = {
-    TFA_METHOD_AUTO,          TFA_METHOD_ABA, TFA_METHOD_CRBA,      TFA_METHOD_TFA,
-    TFA_METHOD_TFA_CR,        TFA_METHOD_CFA, TFA_METHOD_CFA_CR,    TFA_METHOD_SCAN,
-    TFA_METHOD_SCAN_TWO_PASS, TFA_METHOD_DCA, TFA_METHOD_HESSENBERG};
-#define METHODS (sizeof methods / sizeof *methods)
-
 static void ask(const test_robot *robot, tfa_workspace *w, const tfa_request *r, answers *a,
                 uint32_t k)
 {
@@ -68,10 +62,9 @@ static void batch(test_robot *robot)
     random_states *x = fixture_states(robot, 0, STATES, WRENCHES);
     answers *all = answers_create(robot, STATES), *each = answers_create(robot, STATES);
     tfa_request r = full_request(robot, x);
-    for (size_t m = 0; m < METHODS; m++) {
-        if (fixture_refuses(robot, methods[m]))
-            continue;
-        r.method = methods[m];
+    for (uint32_t m = 0; (m = fixture_method(robot, TFA_OP_FORWARD_DYNAMICS, m)) != NO_METHOD;
+         m++) {
+        r.method = (tfa_method)m;
         ask(robot, robot->f64, &r, all, 0);
         for (uint32_t k = STATES; k-- > 0;) { /* backwards: no state may lean on the one before */
             tfa_request one = single(robot, &r, k);
@@ -98,12 +91,10 @@ static void fused(test_robot *robot)
 {
     random_states *x = fixture_states(robot, 0, STATES, WRENCHES);
     answers *both = answers_create(robot, STATES), *apart = answers_create(robot, STATES);
-    for (size_t m = 0; m < METHODS; m++)
+    for (uint32_t m = 0; (m = fixture_method(robot, TFA_OP_FORWARD_DYNAMICS, m)) != NO_METHOD; m++)
         for (uint32_t refine = 0; refine < 2; refine++) {
             tfa_request r = full_request(robot, x);
-            if (fixture_refuses(robot, methods[m]))
-                continue;
-            r.method = methods[m];
+            r.method = (tfa_method)m;
             r.refine = refine;
             ask(robot, robot->f64, &r, both, 0);
             r.op = TFA_OP_OPERATIONAL_INERTIA;
@@ -111,7 +102,7 @@ static void fused(test_robot *robot)
             r.op = TFA_OP_FORWARD_DYNAMICS;
             r.tip_count = 0;
             ask(robot, robot->f64, &r, apart, 0);
-            const char *name = tfa_method_name((uint32_t)methods[m]);
+            const char *name = tfa_method_name(m);
             assert_within(robot, name, qdd_error(robot, both, apart), 2e-11, &worst_fused);
             assert_within(robot, name,
                           relative_error(both->lambda_inv, apart->lambda_inv, LAMBDA * STATES),
@@ -211,10 +202,9 @@ static void isa(test_robot *robot)
             w = fixture_workspace(robot->model, TFA_F64);
         else if (robot->seed == 1)
             print_message("SKIP: %s: not on this processor\n", names[k]);
-        for (size_t m = 0; here && m < METHODS; m++) {
-            r.method = methods[m];
-            if (fixture_refuses(robot, methods[m]))
-                continue;
+        for (uint32_t m = 0;
+             here && (m = fixture_method(robot, TFA_OP_FORWARD_DYNAMICS, m)) != NO_METHOD; m++) {
+            r.method = (tfa_method)m;
             ask(robot, w, &r, a, 0);
             assert_within(robot, names[k], qdd_error(robot, a, reference), 3e-11, NULL);
             assert_within(robot, names[k],
@@ -245,18 +235,17 @@ static void estimate(test_robot *robot)
     ask(robot, robot->f128, &r, exact, 0);
     r.estimate = TFA_ESTIMATE_ALWAYS;
     r.refine = 0;
-    for (size_t m = 0; m < METHODS; m++) {
-        if (fixture_refuses(robot, methods[m]))
-            continue;
-        r.method = methods[m];
+    for (uint32_t m = 0; (m = fixture_method(robot, TFA_OP_FORWARD_DYNAMICS, m)) != NO_METHOD;
+         m++) {
+        r.method = (tfa_method)m;
         ask(robot, robot->f64, &r, a, 0);
         for (uint32_t k = 0; k < STATES; k++) {
             double error = relative_error(a->qdd + (size_t)k * robot->nv,
                                           exact->qdd + (size_t)k * robot->nv, robot->nv);
             assert_true(a->each[k].flags & TFA_ANSWER_ESTIMATED);
             /* rounding of the model's constants is no error of the method: 1e-13 */
-            assert_within(robot, tfa_method_name((uint32_t)methods[m]), error,
-                          30 * a->each[k].error_estimate + 1e-13, NULL);
+            assert_within(robot, tfa_method_name(m), error, 30 * a->each[k].error_estimate + 1e-13,
+                          NULL);
         }
     }
     r.estimate = TFA_ESTIMATE_NEVER;

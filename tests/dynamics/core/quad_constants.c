@@ -137,19 +137,17 @@ static void with_heavy_link(test_robot *robot)
 {
     if (!robot->path[0])
         return;
-    const tfa_model_options base = {.base = robot->base};
-    size_t last = robot->description->link_count - 1;
-    while (last > 0 && !(robot->description->links[last].mass > 0))
+    tfa_description *d = robot->description;
+    size_t last = d->link_count - 1;
+    while (last > 0 && !(d->links[last].mass > 0))
         last--;
-    make_heavy(&robot->description->links[last]);
-    tfa_workspace_free(robot->f32);
-    tfa_workspace_free(robot->f64);
-    tfa_workspace_free(robot->f128);
-    robot->f32 = robot->f64 = NULL;
-    tfa_model_free(robot->model);
-    robot->model = compiled(robot->description, &base);
-    robot->f128 = fixture_workspace(robot->model, TFA_F128);
-    as_stated(robot);
+    make_heavy(&d->links[last]);
+    test_robot heavy;
+    fixture_open_description(robot->name, d, robot->base, &heavy);
+    snprintf(heavy.path, sizeof heavy.path, "%s", robot->path);
+    heavy.seed = robot->seed;
+    as_stated(&heavy);
+    fixture_close(&heavy);
 }
 
 TEST(files_with_a_heavy_link)
@@ -166,19 +164,6 @@ TEST(every_robot_with_payloads)
     print_message("  worst %.2g\n", worst);
 }
 
-/* Model, workspace and oracle of a description */
-static void open_f128(test_robot *r)
-{
-    const tfa_model_options base = {.base = r->base};
-    r->o = oracle_create(r->description, r->base);
-    assert_non_null(r->o);
-    r->model = compiled(r->description, &base);
-    r->f128 = fixture_workspace(r->model, TFA_F128);
-    r->n = oracle_freedoms(r->o);
-    r->nv = oracle_v_count(r->o);
-    r->nq = oracle_q_count(r->o);
-}
-
 /* The last link on a random robot, 1e12 times what it was */
 TEST(heavy_tips)
 {
@@ -188,14 +173,15 @@ TEST(heavy_tips)
                                               .joints = 4 + (uint32_t)(seed % 7),
                                               .all_types = seed % 2 == 0,
                                               .fixed_fraction = 0.3};
-        test_robot r = {.name = "heavy tip", .seed = seed, .random = true};
-        r.base = seed % 4 < 2 ? TFA_BASE_FLOATING : TFA_BASE_FIXED;
-        r.description = random_robot_create(seed, &options);
-        tfa_link *tip = &r.description->links[r.description->link_count - 1];
-        make_heavy(tip);
-        open_f128(&r);
+        test_robot r;
+        tfa_description *d = random_robot_create(seed, &options);
+        make_heavy(&d->links[d->link_count - 1]);
+        fixture_open_description("heavy tip", d, seed % 4 < 2 ? TFA_BASE_FLOATING : TFA_BASE_FIXED,
+                                 &r);
+        r.seed = seed;
         without_payload(&r);
         fixture_close(&r);
+        random_robot_free(d);
     }
     print_message("  worst %.2g\n", worst);
 }
@@ -261,18 +247,21 @@ TEST(random_texts)
 {
     worst = 0;
     for (uint64_t seed = 1; seed <= 96; seed++) {
-        test_robot r = {.name = "random text", .seed = seed};
+        test_robot r;
         size_t length;
+        tfa_description *d;
         tfa_report report = {0};
-        r.base = seed % 4 < 2 ? TFA_BASE_FLOATING : TFA_BASE_FIXED;
         char *text = random_text(seed, &length);
-        assert_int_equal(tfa_urdf_parse(text, length, "text", &r.description, &report), TFA_OK);
-        oracle_text *stated = oracle_text_read(text, r.description);
-        assert_stated(r.description, stated);
-        open_f128(&r);
+        assert_int_equal(tfa_urdf_parse(text, length, "text", &d, &report), TFA_OK);
+        oracle_text *stated = oracle_text_read(text, d);
+        assert_stated(d, stated);
+        fixture_open_description("random text", d,
+                                 seed % 4 < 2 ? TFA_BASE_FLOATING : TFA_BASE_FIXED, &r);
+        r.seed = seed;
         oracle_use_text(r.o, stated);
         without_payload(&r);
         fixture_close(&r);
+        tfa_description_free(d);
         oracle_text_free(stated);
         tfa_report_free(&report);
         free(text);

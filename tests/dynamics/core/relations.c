@@ -13,12 +13,6 @@
 
 #define STATES 4
 
-static const tfa_method forward_methods[] = {
-    TFA_METHOD_ABA, TFA_METHOD_CRBA,      TFA_METHOD_TFA,  TFA_METHOD_TFA_CR,
-    TFA_METHOD_CFA, TFA_METHOD_CFA_CR,    TFA_METHOD_SCAN, TFA_METHOD_SCAN_TWO_PASS,
-    TFA_METHOD_DCA, TFA_METHOD_HESSENBERG};
-#define FORWARD_METHODS (sizeof forward_methods / sizeof *forward_methods)
-
 static void two_tips(const test_robot *robot, tfa_request *r)
 {
     const uint32_t links = (uint32_t)robot->description->link_count;
@@ -35,12 +29,11 @@ static void equations_hold(test_robot *robot)
 {
     random_states *x = fixture_states(robot, 0, STATES, 2);
     answers *a = answers_create(robot, STATES);
-    for (size_t m = 0; m < FORWARD_METHODS; m++) {
-        if (fixture_refuses(robot, forward_methods[m]))
-            continue;
+    for (uint32_t m = 0; (m = fixture_method(robot, TFA_OP_FORWARD_DYNAMICS, m)) != NO_METHOD;
+         m++) {
         tfa_request r = fixture_request(robot, x);
         tfa_reply reply = answers_reply(a, 0, 0);
-        r.method = forward_methods[m];
+        r.method = (tfa_method)m;
         compute_ok(robot, robot->f64, &r, &reply);
         r.op = TFA_OP_INVERSE_DYNAMICS;
         r.method = TFA_METHOD_AUTO;
@@ -56,8 +49,7 @@ static void equations_hold(test_robot *robot)
         if (robot->n > robot->nv)
             for (int k = 0; k < 6 * STATES; k++)
                 residual = fmax(residual, fabs(a->base_wrench[k] - x->base_wrench[k]));
-        assert_within(robot, tfa_method_name(forward_methods[m]), residual / given, 2e-12,
-                      &worst_residual);
+        assert_within(robot, tfa_method_name(m), residual / given, 2e-12, &worst_residual);
     }
     answers_free(a);
     random_states_free(x);
@@ -83,11 +75,6 @@ static double asymmetry(const double *A, size_t n)
 
 static void symmetric(test_robot *robot)
 {
-    static const tfa_method methods[] = {
-        TFA_METHOD_PROPAGATION,   TFA_METHOD_CRBA, TFA_METHOD_TFA,        TFA_METHOD_TFA_ONE_SIDED,
-        TFA_METHOD_TFA_CR,        TFA_METHOD_CFA,  TFA_METHOD_CFA_CR,     TFA_METHOD_SCAN,
-        TFA_METHOD_SCAN_TWO_PASS, TFA_METHOD_DCA,  TFA_METHOD_HESSENBERG, TFA_METHOD_EFPA,
-        TFA_METHOD_PV_OSIMR};
     random_states *x = fixture_states(robot, 0, STATES, 0);
     answers *a = answers_create(robot, STATES);
     tfa_request r = fixture_request(robot, x);
@@ -99,10 +86,9 @@ static void symmetric(test_robot *robot)
                       NULL);
     r.op = TFA_OP_OPERATIONAL_INERTIA;
     two_tips(robot, &r);
-    for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
-        r.method = methods[m];
-        if (fixture_refuses(robot, r.method))
-            continue;
+    for (uint32_t m = 0; (m = fixture_method(robot, TFA_OP_OPERATIONAL_INERTIA, m)) != NO_METHOD;
+         m++) {
+        r.method = (tfa_method)m;
         compute_ok(robot, robot->f64, &r, &reply);
         for (size_t k = 0; k < STATES; k++)
             assert_within(robot, tfa_method_name(r.method), asymmetry(a->lambda_inv + 144 * k, 12),

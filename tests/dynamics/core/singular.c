@@ -19,22 +19,6 @@ static void universal_joint(small_robot *u)
     u->link[2].com[0] = 1;
 }
 
-static void open_robot(test_robot *robot, tfa_description *d)
-{
-    *robot = (test_robot){.name = "universal joint", .description = d};
-    robot->model = compiled(d, NULL);
-    robot->f64 = workspace_for(robot->model, NULL);
-    robot->o = oracle_create(d, TFA_BASE_FIXED);
-    assert_non_null(robot->o);
-}
-
-static void close_robot(test_robot *robot)
-{
-    oracle_free(robot->o);
-    tfa_workspace_free(robot->f64);
-    tfa_model_free(robot->model);
-}
-
 static const double q[] = {0.3, 0.5, 0.3, 0, 0.3, -1.2}; /* M is singular where q_b = 0 */
 static const double v[] = {1, -0.5, 0.2, 0.1, 0, 2};
 static const double tau[] = {0.7, 0.2, 0.1, 1, -1, 0.4};
@@ -55,7 +39,7 @@ TEST(singular_state_stands_alone)
     small_robot u;
     test_robot robot;
     universal_joint(&u);
-    open_robot(&robot, &u.d);
+    fixture_open_description("universal joint", &u.d, TFA_BASE_FIXED, &robot);
     for (size_t m = 0; m < 3; m++)
         for (tfa_op op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_OPERATIONAL_INERTIA; op += 2) {
             double qdd[6], lambda[3 * 36], want[2], want_lambda[36];
@@ -81,7 +65,7 @@ TEST(singular_state_stands_alone)
                               relative_error(lambda + 36 * k, want_lambda, 36), 1e-13, NULL);
             }
         }
-    close_robot(&robot);
+    fixture_close(&robot);
 }
 
 /* TFA and CFA invert the inertias on the main chain: they name the body that has none. */
@@ -96,7 +80,7 @@ TEST(tfa_names_the_body)
         universal_joint(&u);
         /* solid: the cross is regular, the point mass is not */
         small_robot_load(&u, 1, solid, 0.1 * solid, 0.1 * solid, 0.1 * solid);
-        open_robot(&robot, &u.d);
+        fixture_open_description("universal joint", &u.d, TFA_BASE_FIXED, &robot);
         assert_int_equal(tfa_model_summarise(robot.model).singular_body, solid);
         static const tfa_method methods[] = {TFA_METHOD_TFA, TFA_METHOD_TFA_CR, TFA_METHOD_CFA,
                                              TFA_METHOD_CFA_CR, TFA_METHOD_TFA_ONE_SIDED};
@@ -112,7 +96,7 @@ TEST(tfa_names_the_body)
             for (int k = 0; k < 3; k++)
                 assert_int_equal(answers[k].status, TFA_E_SINGULAR);
         }
-        close_robot(&robot);
+        fixture_close(&robot);
     }
 }
 
@@ -135,7 +119,7 @@ TEST(massless_leaf_needs_armature)
     tfa_reply reply = {.qdd = qdd};
     tfa_request r = three_states;
     u.joint[1].armature = 0.05;
-    open_robot(&robot, &u.d);
+    fixture_open_description("universal joint", &u.d, TFA_BASE_FIXED, &robot);
     r.tip_count = 0;
     compute_ok(&robot, robot.f64, &r, &reply);
     for (uint32_t k = 0; k < 3; k++) {
@@ -143,7 +127,7 @@ TEST(massless_leaf_needs_armature)
         oracle_forward(robot.o, tau + 2 * k, NULL, want, NULL);
         assert_within(&robot, "qdd", relative_error(qdd + 2 * k, want, 2), 1e-13, NULL);
     }
-    close_robot(&robot);
+    fixture_close(&robot);
 }
 
 /* A free brick: Lambda^-1 at its centre is diag(1/m, 1/I), whatever its pose. One revolute

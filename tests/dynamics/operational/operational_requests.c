@@ -6,6 +6,7 @@
  * And inputs that a request does not use are not read.
  */
 #include "models.h"
+#include "operational.h"
 #include "support/small_robot.h"
 #include "test.h"
 
@@ -139,12 +140,6 @@ static const tfa_op all_ops[] = {TFA_OP_FORWARD_DYNAMICS,    TFA_OP_INVERSE_DYNA
                                  TFA_OP_DERIVATIVES,         TFA_OP_TASK_TORQUES};
 #define OPS (sizeof all_ops / sizeof *all_ops)
 
-static bool answers_lambda_inv(tfa_op op)
-{
-    return op == TFA_OP_FORWARD_DYNAMICS || op == TFA_OP_OPERATIONAL_INERTIA ||
-           op == TFA_OP_TASK_TORQUES;
-}
-
 #define TIP_FLAGS (TFA_WANT_TWISTS | TFA_WANT_JACOBIAN | TFA_WANT_BIAS_ACCELERATION)
 #define LAMBDA_FLAGS (TFA_WANT_SPECTRUM | TFA_WANT_LAMBDA | TFA_WANT_MU | TFA_WANT_P)
 
@@ -155,7 +150,7 @@ TEST(every_flag_of_every_op)
         for (uint32_t flag = 1; flag <= TFA_WANT_ALL; flag *= 2) {
             set_scene(&s, all_ops[k]);
             s.r.flags = flag;
-            if (flag & LAMBDA_FLAGS && !answers_lambda_inv(all_ops[k]))
+            if (flag & LAMBDA_FLAGS && !op_has_lambda(all_ops[k]))
                 expect("lambda", &s.r, TFA_E_UNSUPPORTED, TFA_FIELD_OP, ANY, 0);
             else
                 expect_ok("flag", &s.r);
@@ -251,7 +246,7 @@ TEST(tips_that_flags_need)
             expect_ok("no tips", &s.r);
         for (uint32_t flag = 1; flag <= TFA_WANT_ALL; flag *= 2) {
             s.r.flags = flag;
-            if (flag & TIP_FLAGS || (flag & LAMBDA_FLAGS && answers_lambda_inv(op)))
+            if (flag & TIP_FLAGS || (flag & LAMBDA_FLAGS && op_has_lambda(op)))
                 expect("flag without tips", &s.r, TFA_E_SIZE, TFA_FIELD_TIPS, ANY, 0);
         }
         s.r.flags = TFA_WANT_FRAME_POSES | TFA_WANT_COM | TFA_WANT_MOMENTUM | TFA_WANT_ENERGY;

@@ -39,7 +39,9 @@
     X(sweep, "       ", "one operation for many states, on many cores and machines")
 
 /* The same of programs totalforce-NAME, which tools/python has. */
-#define EXTERNAL_LIST(X) X(chart, "       ", "chart accuracy against speed")
+#define EXTERNAL_LIST(X)                                                                           \
+    X(chart, "       ", "chart accuracy against speed")                                            \
+    X(plot, "        ", "draw saved sessions of latency, and compare them")
 
 static const struct {
     const char *name, *what;

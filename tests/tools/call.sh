@@ -172,13 +172,20 @@ latency 0 "$tool" latency arm --sweep robots=arm,cart --loop open
 latency 2 "$tool" latency arm --sweep rate=0
 latency 0 "$tool" latency arm --cyclictest --save "$work/saved"
 says "$work/out" "T: 0 ("
-latency 0 "$tool" latency arm --compare "$work/saved"
-says "$work/out" "ratios of the tenths of the runs"
-latency 0 "$tool" latency arm --sweep batch=1,4 --cyclictest --save "$work/saved"
-says "$work/out" "# shm, batch=4, closed loop"
-status 0 "$tool" latency --compare "$work/saved" --compare "$work/saved"
-says "$work/out" "shm, robot arm, batch 4, wait hybrid, closed loop"
-says "$work/out" "within noise"
+says "$work/saved" '"format":"totalforce latency 2"'
+if [ -x "$bin/totalforce-plot" ]; then
+    latency 0 "$tool" latency arm --compare "$work/saved" --html "$work/page.html" --json
+    says "$work/err" "ratios of the tenths of the runs"
+    says "$work/page.html" "<h1>arm over shm: half of 500 round trips within "
+    latency 0 "$tool" latency arm --sweep batch=1,4 --cyclictest --save "$work/saved"
+    says "$work/out" "# shm, batch=4, closed loop"
+    status 0 "$tool" latency --compare "$work/saved" --compare "$work/saved"
+    says "$work/out" "shm, robot arm, batch 4, wait hybrid, closed loop"
+    says "$work/out" "within noise"
+else
+    latency 2 "$tool" latency arm --html "$work/page.html"
+    says "$work/err" "install the package totalforce-tools-python"
+fi
 status 3 "$tool" latency
 
 # a client that spins allocates nothing, misses no page and makes no system call that waits

@@ -4,8 +4,8 @@
  * The latency report on a run whose figures are known: percentiles only as far as the samples
  * allow, ratio, expectations, files. And the ping-pong and the thread counters on this machine.
  */
-#include "latency/page/page.h"
 #include "latency/report/hgrm.h"
+#include "latency/report/report.h"
 #include "support/wait.h"
 #include "test.h"
 
@@ -268,43 +268,6 @@ TEST(test_files)
     unlink(hgrm);
     assert_int_equal(latency_write_csv("/nonexistent/file", &session), -1);
     assert_int_equal(errno, ENOENT);
-    unmake(&session);
-}
-
-/* A session, and one with round trips twice as long. */
-TEST(test_compare)
-{
-    latency_session session;
-    char before[] = "/tmp/tfa-latency-a-XXXXXX", after[] = "/tmp/tfa-latency-b-XXXXXX";
-    char *text = NULL;
-    size_t size = 0;
-    make(&session, &plain);
-    close(mkstemp(before));
-    close(mkstemp(after));
-    assert_int_equal(latency_save(before, &session), 0);
-    tally *t = tally_create(0);
-    for (uint64_t i = 0; i < 1000; i++) {
-        /* as long in each tenth of the run */
-        const latency_sample sample = {.parts = {2000000 + 2000 * (i % 100)}};
-        tally_add(t, &sample, (unsigned)i / 100);
-    }
-    tally_free(session.runs[0].total);
-    session.runs[0].total = t;
-    session.runs[0].options.rate = 100;
-    assert_int_equal(latency_save(after, &session), 0);
-    FILE *out = open_memstream(&text, &size);
-    assert_int_equal(latency_compare(out, before, after), 0);
-    assert_int_equal(latency_compare(out, before, before), 0);
-    fclose(out);
-    says(text, "not the same load: \"closed loop\", \"closed loop, 100 a second");
-    says(text, "p50            501.759   2113.535   4.212");
-    says(text, "slower");
-    says(text, "p50            501.759    501.759   1.000");
-    says(text, "within noise");
-    free(text);
-    assert_int_equal(latency_compare(stdout, before, "/nonexistent/file"), -1);
-    unlink(before);
-    unlink(after);
     unmake(&session);
 }
 

@@ -5,7 +5,7 @@
  */
 #include "common/commands.h"
 #include "common/progress.h"
-#include "latency/page/page.h"
+#include "latency/report/report.h"
 
 #include <errno.h>
 #include <libgen.h>
@@ -25,7 +25,6 @@ static int write_files(const latency_options *options, const latency_session *se
     } files[] = {{options->csv, latency_write_csv},
                  {options->table, latency_write_table},
                  {options->histogram, latency_write_histogram},
-                 {options->html, latency_write_page},
                  {options->save, latency_save}};
     for (size_t i = 0; i < sizeof files / sizeof files[0]; i++)
         if (files[i].path && files[i].write(files[i].path, session) != 0) {
@@ -64,21 +63,7 @@ static int check_files(const latency_options *o)
             return -1;
         }
     }
-    return o->compare_count ? latency_check_saved(o->compare[0]) : 0;
-}
-
-/* A session is compared as it would be saved. */
-static int compare_with(FILE *out, const char *before, const latency_session *session)
-{
-    char path[] = "/tmp/totalforce-latency-XXXXXX";
-    const int file = mkstemp(path);
-    if (file < 0 || latency_save(path, session) != 0) {
-        perror(path);
-        return -1;
-    }
-    const int result = latency_compare(out, before, path);
-    remove(path);
-    return result;
+    return latency_check_plot(o) == EXIT_GOOD ? 0 : -1;
 }
 
 static int print(const latency_options *options, const latency_session *session)
@@ -100,10 +85,7 @@ static int report(const latency_options *options, const latency_session *session
         perror("totalforce latency: standard output");
         return EXIT_FAILED;
     }
-    if (write_files(options, session) != 0)
-        return EXIT_FAILED;
-    FILE *out = options->json ? stderr : stdout;
-    if (options->compare_count && compare_with(out, options->compare[0], session) != 0)
+    if (write_files(options, session) != 0 || latency_plot(options, session) != EXIT_GOOD)
         return EXIT_FAILED;
     for (int i = 0; i < session->count; i++) {
         if (latency_expected(&session->runs[i], session->baseline))
@@ -187,8 +169,7 @@ int command_latency(int argc, char **argv)
     if (error)
         fprintf(stderr, "totalforce latency: %s\n", strerror(error));
     else if (!options.daemon.robot)
-        result = latency_compare(stdout, options.compare[0], options.compare[1]) == 0 ? EXIT_GOOD
-                                                                                      : EXIT_FAILED;
+        result = latency_compare(options.compare[0], options.compare[1]);
     else if (check_files(&options) != 0)
         result = EXIT_FAILED;
     else

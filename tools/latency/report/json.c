@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The report as JSON.
+ * The report as JSON, alone and with its histograms for `totalforce plot`.
  */
 #include "report.h"
 
@@ -159,17 +159,59 @@ static json_t *json_baseline(const latency_baseline *baseline)
                      json_histogram(&baseline->gaps.gaps.h));
 }
 
-int latency_print_json(FILE *out, const latency_session *session)
+static json_t *json_session(const latency_session *session)
 {
     json_t *list = json_array();
     for (int i = 0; i < session->count; i++)
         json_array_append_new(list, json_run(&session->runs[i], session->baseline));
-    json_t *root =
-        json_pack("{sO ss ss so so so}", "environment", session->environment, "date", session->date,
-                  "command", session->command, "busy", json_busy(&session->baseline->busy),
-                  "baseline_ns", json_baseline(session->baseline), "runs", list);
+    return json_pack("{sO ss ss so so so}", "environment", session->environment, "date",
+                     session->date, "command", session->command, "busy",
+                     json_busy(&session->baseline->busy), "baseline_ns",
+                     json_baseline(session->baseline), "runs", list);
+}
+
+int latency_print_json(FILE *out, const latency_session *session)
+{
+    json_t *root = json_session(session);
     int result = json_dumpf(root, out, JSON_INDENT(2) | JSON_REAL_PRECISION(17));
     fputc('\n', out);
+    json_decref(root);
+    return result;
+}
+
+/* Full buckets as pairs of number and count. */
+static json_t *json_buckets(const tfa_histogram *h)
+{
+    json_t *list = json_array();
+    for (uint32_t i = 0; i < h->bucket_count; i++)
+        if (h->buckets[i])
+            json_array_append_new(list,
+                                  json_pack("[II]", (json_int_t)i, (json_int_t)h->buckets[i]));
+    return json_pack("{sI sI sI sf so}", "count", (json_int_t)h->count, "lowest",
+                     (json_int_t)h->lowest, "highest", (json_int_t)h->highest, "sum", h->sum,
+                     "buckets", list);
+}
+
+static json_t *json_histograms(const latency_run *run)
+{
+    char load[256];
+    json_t *slices = json_array();
+    for (int i = 0; i < TALLY_SLICES; i++)
+        json_array_append_new(slices, json_buckets(&run->total->slices[i].h));
+    latency_describe_load(&run->options, load, sizeof load);
+    return json_pack("{ss ss so so}", "load", load, "model", run->facts.hash, "round_trip",
+                     json_buckets(&run->total->parts[PART_ROUND_TRIP].h), "slices", slices);
+}
+
+int latency_save(const char *path, const latency_session *session)
+{
+    json_t *root = json_session(session), *runs = json_object_get(root, "runs");
+    json_object_update_new(root, json_pack("{ss si so}", "format", "totalforce latency 2", "bits",
+                                           LATENCY_BITS, "pingpong",
+                                           json_buckets(&session->baseline->pingpong.h)));
+    for (int i = 0; i < session->count; i++)
+        json_object_update_new(json_array_get(runs, (size_t)i), json_histograms(&session->runs[i]));
+    const int result = json_dump_file(root, path, JSON_COMPACT);
     json_decref(root);
     return result;
 }

@@ -60,10 +60,14 @@ int latency_write_histogram(const char *path, const latency_session *session);
 
 /** Writes the session with its histograms. @return as latency_write_csv */
 int latency_save(const char *path, const latency_session *session);
-/** Tries to read a saved session. Prints errors. @return 0 or -1 */
-int latency_check_saved(const char *path);
-/** Prints the ratios of the percentiles of two saved sessions, runs paired by their order. Prints
- *  errors. @return 0 or -1 */
-int latency_compare(FILE *out, const char *before, const char *after);
+
+/* `totalforce plot`, which prints its own errors. @return an exit status */
+
+/** Prints the ratios of two saved sessions. */
+int latency_compare(const char *before, const char *after);
+/** Before a run: it is there and can read the session to compare with */
+int latency_check_plot(const latency_options *options);
+/** The page and the comparison that were asked for */
+int latency_plot(const latency_options *options, const latency_session *session);
 
 #endif

@@ -133,17 +133,20 @@ static const struct argp_option option_table[] = {
     {.name = "html",
      .key = KEY_HTML,
      .arg = "FILE",
-     .doc =
-         "Write a self-contained page: percentiles, histogram, parts, numbers under the pointer"},
+     .doc = "Write a self-contained page: percentiles, histogram, parts, numbers under the pointer "
+            "(by `totalforce plot`)"},
     {.name = "cyclictest",
      .key = KEY_CYCLICTEST,
      .doc = "Print a line for every client as cyclictest -N does"},
-    {.name = "save", .key = KEY_SAVE, .arg = "FILE", .doc = "Write the session, for --compare"},
+    {.name = "save",
+     .key = KEY_SAVE,
+     .arg = "FILE",
+     .doc = "Write the session, for `totalforce plot`"},
     {.name = "compare",
      .key = KEY_COMPARE,
      .arg = "FILE",
-     .doc = "Print the ratios to a saved session; twice and without a robot: of the second to the "
-            "first"},
+     .doc = "Print the ratios to a saved session (by `totalforce plot`); twice and without a "
+            "robot: of the second to the first"},
     {.name = "deadline-us", .key = KEY_DEADLINE, .arg = "X", .doc = "Count later replies as late"},
     {.name = "fail-p99-us",
      .key = KEY_FAIL_P99,

@@ -21,7 +21,8 @@ h2 {{ font-size: 1.15em; margin: 1.6em 0 0.3em; }}
 figure {{ margin: 1em 0; overflow-x: auto; }}
 svg {{ max-width: 100%; height: auto; }}
 svg g:has(> title):hover {{ opacity: 0.5; }}
-table {{ border-collapse: collapse; font-size: 0.87em; font-variant-numeric: tabular-nums; }}
+table {{ display: block; overflow-x: auto; border-collapse: collapse;
+  font-size: 0.87em; font-variant-numeric: tabular-nums; }}
 th, td {{ padding: 0.15em 0.7em; text-align: right; border-bottom: 1px solid #ddd; }}
 th:first-child, td:first-child {{ text-align: left; }}
 thead th {{ position: sticky; top: 0; background: #fff; }}

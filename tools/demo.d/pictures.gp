@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: The totalforce authors
 #
-# The demonstration's pictures: gnuplot -e "folder='build/demo'; floor_us=0.29" pictures.gp
-# floor_us is the p50 of the ping-pong measured in the same run; 0: there is none, as on a machine
-# that is busy.
+# The demonstration's motions: gnuplot -e "folder='build/demo'" pictures.gp
 #
 # Colours are Okabe and Ito's, dashes differ too, so that they can be told apart in grey.
 
@@ -51,21 +49,4 @@ do for [kind in "svg png"] {
         unset multiplot
         set size noratio; set autoscale; set key; set xtics autofreq
     }
-
-    # --- latency
-    set output sprintf('%s/latency.%s', folder, kind)
-    set title "Round trip of a 7-joint forward dynamics request: share of requests that took longer"
-    set xlabel 'round trip (us)' offset 0,0; set ylabel 'share that took longer' offset 0,0
-    set logscale xy; set key inside top right; set grid
-    if (floor_us > 0) {
-        set xrange [floor_us / 1.5:*]
-        set arrow 1 from floor_us, graph 0 to floor_us, graph 1 nohead lc rgb 'black' dt 3 lw 2
-        set label 1 'ping-pong p50' at floor_us, graph 0.05 rotate by 90 left offset 0.8,0
-    }
-    set format y '10^{%L}'
-    set yrange [1e-5:1]
-    plot sprintf('%s/shm.hgrm', folder) using 1:($2 < 1 ? 1 - $2 : NaN) with lines ls 1 \
-             title 'shared memory (spin)', \
-         sprintf('%s/dds.hgrm', folder) using 1:($2 < 1 ? 1 - $2 : NaN) with lines ls 2 title 'DDS'
-    unset logscale; set autoscale; set format y; unset arrow 1; unset label 1
 }

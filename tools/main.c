@@ -33,14 +33,14 @@
     X(replay, "      ", "play a recording again and compare the answers")                          \
     X(methods, "     ", "list the methods, their cost and refusals")                               \
     X(chain, "       ", "write a test mechanism as URDF")                                          \
-    X(atlas, "       ", "map failures of methods, and the answers of the service there")           \
-    X(drift, "       ", "energy of a freely swinging robot over simulated time")                   \
     X(specialise, "  ", "compile a kernel specialised for one robot")                              \
     X(sweep, "       ", "one operation for many states, on many cores and machines")
 
 /* The same of programs totalforce-NAME, which tools/python has. */
 #define EXTERNAL_LIST(X)                                                                           \
     X(chart, "       ", "chart accuracy against speed")                                            \
+    X(atlas, "       ", "map failures of methods, and the answers of the service there")           \
+    X(drift, "       ", "energy of a freely swinging robot over simulated time")                   \
     X(plot, "        ", "draw saved sessions of latency, and compare them")
 
 static const struct {

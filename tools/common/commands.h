@@ -31,8 +31,6 @@ int command_reload(int argc, char **argv);
 int command_stop(int argc, char **argv);
 int command_methods(int argc, char **argv);
 int command_chain(int argc, char **argv);
-int command_atlas(int argc, char **argv);
-int command_drift(int argc, char **argv);
 int command_specialise(int argc, char **argv);
 int command_sweep(int argc, char **argv);
 int command_record(int argc, char **argv);

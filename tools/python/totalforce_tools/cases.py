@@ -17,6 +17,9 @@ from totalforce_tools.command import Failed
 GOLDEN = 0x9E3779B97F4A7C15
 DENSE_BODIES_MAX = 128  # a dense M of more takes more than a second in quadruple precision
 METHODS = {method.name: method for method in tf.methods()}
+# arithmetic of the factors, and of the residual of refinement steps
+PRECISIONS = {"f64": ("f64", "same"), "f32": ("f32", "same"), "f32+f64": ("f32", "f64"),
+              "f64+f128": ("f64", "f128"), "f128": ("f128", "same")}
 NO_DIGIT = 0.1  # errors from here on are no answer
 
 

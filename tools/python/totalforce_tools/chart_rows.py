@@ -3,7 +3,6 @@
 """Rows of a chart: one method on one case, its errors and times; rows of several seeds put
 together, rows with the same answers, the Pareto front; CSV and JSON."""
 import csv
-import json
 import math
 import os
 import time
@@ -13,14 +12,11 @@ import numpy as np
 
 import totalforce as tf
 from totalforce import _totalforce
-from totalforce_tools import cases, chart_peers
-from totalforce_tools.cases import NO_DIGIT, error_of, median
+from totalforce_tools import cases, chart_peers, command
+from totalforce_tools.cases import NO_DIGIT, PRECISIONS, error_of, median
 
 OPS = ("forward_dynamics", "operational_inertia")
 RHS = ("qdd", "tau", "gravity")
-# precision of the factors, of the residual
-PRECISIONS = {"f64": ("f64", "same"), "f32": ("f32", "same"), "f32+f64": ("f32", "f64"),
-              "f64+f128": ("f64", "f128"), "f128": ("f128", "same")}
 STRATEGIES = ("single", "batch", "specialised", "specialised-batch")
 # a call longer than this many budgets is not repeated, and not made for any larger robot
 OVER_BUDGET = 20.0
@@ -314,21 +310,12 @@ def print_csv(out, rows):
 
 
 def json_value(row, name):
-    """As jansson writes it with four digits"""
     value = row.word if name == "status" else getattr(row, name)
-    if isinstance(value, float):
-        if not math.isfinite(value):
-            return "null"
-        digits, _, exponent = f"{value:.4g}".partition("e")
-        if exponent:
-            return f"{digits}e{int(exponent)}"
-        return digits if "." in digits else digits + ".0"
     if name == "front":
-        return "true" if value else "false"
-    return "null" if value == "" and name in ("answered_by", "same_as") else json.dumps(
-        value, ensure_ascii=False)
+        return bool(value)
+    return None if value == "" and name in ("answered_by", "same_as") else value
 
 
 def print_json(out, rows):
     for row in rows:
-        out.write("{" + ",".join(f'"{k}":{json_value(row, k)}' for k in KEYS) + "}\n")
+        print(command.json_line({key: json_value(row, key) for key in KEYS}), file=out)

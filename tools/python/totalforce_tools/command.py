@@ -6,6 +6,7 @@ A table of options is parsed, shown by --help, and printed by --print-options fo
 write man pages and completion (service/command_line/command_line.h has the format).
 """
 import getopt
+import json
 import math
 import os
 import re
@@ -267,13 +268,30 @@ def print_head(out, command):
           f"# client_kernels: {kernels}", f"# version: {tf.__version__}", sep="\n", file=out)
 
 
-def open_rows(name, folder, json):
+def open_rows(name, folder, as_json):
     """NAME.csv or NAME.jsonl in the folder, which is made; standard output without a folder."""
     if folder is None:
         return sys.stdout
     if not os.path.isdir(folder):
         os.mkdir(folder)
-    return open(os.path.join(folder, f"{name}.{'jsonl' if json else 'csv'}"), "w", encoding="utf-8")
+    path = os.path.join(folder, f"{name}.{'jsonl' if as_json else 'csv'}")
+    return open(path, "w", encoding="utf-8")
+
+
+def json_text(value):
+    """As the commands in C print it: numbers with four digits, null where there is none"""
+    if not isinstance(value, float):
+        return json.dumps(value, ensure_ascii=False)
+    if not math.isfinite(value):
+        return "null"
+    digits, exponent, power = f"{value:.4g}".partition("e")
+    if exponent:
+        return f"{digits}e{int(power)}"
+    return digits if "." in digits else digits + ".0"
+
+
+def json_line(values):
+    return "{" + ",".join(f'"{key}":{json_text(value)}' for key, value in values.items()) + "}"
 
 
 class Progress:

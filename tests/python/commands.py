@@ -69,6 +69,15 @@ class CommandLine(unittest.TestCase):
             self.assertRaises(ValueError, whole(0, 9000), text, None)
         self.assertEqual([number(t) for t in ("0e-400", "+.5", "-1.E2")], [0, 0.5, -100])
 
+    def test_spellings(self):
+        """As tests/tools/numbers.sh has them for the commands in C"""
+        never = ["", "1e", "--1", "0x10", "1_000", " 5", "5 ", "5kg", "1;2", "nan", "inf", "1e400",
+                 "one", "1.2.3", "2,5"]
+        for text in never:
+            self.assertRaises(ValueError, number, text)
+        for text in [*never, "1e3", "1.5", "+5", "-1", "18446744073709551616"]:
+            self.assertRaises(ValueError, whole(0, 2**64 - 1), text, None)
+
     def test_help(self):
         texts = [outcome(parsed_line, [name])[:2] for name in ("-h", "--help", "-?")]
         self.assertEqual(texts[0], texts[1])

@@ -134,4 +134,22 @@ class Moved(Case):
             copy.copy(model._moved(1))
 
 
+class RoundedCosines(Case):
+    def test_each_on_its_own(self):
+        """One rod of 1 kg and 1 m on a revolute joint about x; gravity along y, so that the cosine of
+        q counts. The torque balances the weight but for rounding, so that the rounding of the cosine
+        is what is left."""
+        model = tf.Model(_totalforce._mechanism("straight", 1))
+        inertia, q = 1 / 12 + 0.25 * 0.01 + 0.25, np.longdouble(1e-3)
+        weight = np.longdouble(0.5) * np.longdouble(9.80665)
+        tau, found = -float(weight * np.cos(q)), []
+        for rounded, cosine in ((False, np.cos(q)), (True, np.longdouble(float(np.cos(q))))):
+            exact = tf.Workspace(model, precision="f128", round_sincos=rounded)
+            found.append(float(exact.forward_dynamics(
+                [float(q)], tau=[tau], gravity=[0.0, -9.80665, 0.0], method="aba").qdd[0]))
+            wanted = float((tau + weight * cosine) / inertia)
+            self.assertLess(abs(found[-1] - wanted), 1e-2 * abs(wanted) + 1e-19)
+        self.assertGreater(abs(found[0] - found[1]), 1e-18)
+
+
 support.main()

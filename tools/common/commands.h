@@ -54,21 +54,6 @@ tfa_method option_method(struct argp_state *state, const char *text);
 /** Index of `text` in a list of `count` words; the error names the words. */
 int option_word(struct argp_state *state, const char *name, const char *text,
                 const char *const *words, int count);
-/** "a,b,...": a bit for each word by its index. */
-uint32_t option_words(struct argp_state *state, const char *name, char *text,
-                      const char *const *words, int count);
-
-/** A list under way: an option that is given again appends. */
-typedef struct option_list {
-    uint32_t *values, *count, most;
-} option_list;
-
-/** "a,b,...", each once; `read` makes a value of a word, or a usage error. */
-void option_list_read(struct argp_state *state, const char *name, char *text, option_list list,
-                      uint32_t (*read)(struct argp_state *state, const char *name,
-                                       const char *word));
-/** For option_list_read: a method of forward dynamics */
-uint32_t option_forward_method(struct argp_state *state, const char *name, const char *word);
 /** Takes one positional argument; a second one is a usage error. */
 void option_argument(struct argp_state *state, const char **slot, const char *text);
 

@@ -97,39 +97,6 @@ tfa_method option_method(struct argp_state *state, const char *text)
     return (tfa_method)method;
 }
 
-uint32_t option_words(struct argp_state *state, const char *name, char *text,
-                      const char *const *words, int count)
-{
-    uint32_t bits = 0;
-    for (const char *word; (word = strsep(&text, ","));)
-        bits |= 1u << option_word(state, name, word, words, count);
-    return bits;
-}
-
-void option_list_read(struct argp_state *state, const char *name, char *text, option_list list,
-                      uint32_t (*read)(struct argp_state *state, const char *name,
-                                       const char *word))
-{
-    for (const char *word; (word = strsep(&text, ","));) {
-        const uint32_t value = read(state, name, word);
-        for (uint32_t k = 0; k < *list.count; k++)
-            if (list.values[k] == value)
-                argp_error(state, "--%s: %s twice", name, word);
-        if (*list.count == list.most)
-            argp_error(state, "--%s: more than %u", name, list.most);
-        list.values[(*list.count)++] = value;
-    }
-}
-
-uint32_t option_forward_method(struct argp_state *state, const char *name, const char *word)
-{
-    const int32_t method = tfa_method_find(word);
-    if (method < 0 || !tfa_method_describe((uint32_t)method)->forward_dynamics)
-        argp_error(state, "--%s: no '%s' of forward dynamics; `totalforce methods` lists them",
-                   name, word);
-    return (uint32_t)method;
-}
-
 void option_argument(struct argp_state *state, const char **slot, const char *text)
 {
     if (*slot)

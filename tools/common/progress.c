@@ -27,13 +27,6 @@ static uint64_t clock_now(void)
     return (uint64_t)now.tv_sec * 1000000000u + (uint64_t)now.tv_nsec;
 }
 
-void progress_step(const char *what, uint64_t count, const char *unit)
-{
-    static uint64_t done;
-    progress_show(what, done, count, unit);
-    done = done + 1 < count ? done + 1 : 0;
-}
-
 void progress_show(const char *what, uint64_t done, uint64_t count, const char *unit)
 {
     static int shown;

@@ -13,9 +13,6 @@
  *  output and at the end. Main thread only. */
 void progress_show(const char *what, uint64_t done, uint64_t count, const char *unit);
 
-/** Shows the step that begins, and counts it. After the last of `count` a new count begins. */
-void progress_step(const char *what, uint64_t count, const char *unit);
-
 /** 1 if standard error is a terminal. */
 int progress_wanted(void);
 

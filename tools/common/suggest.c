@@ -23,12 +23,3 @@ const char *suggest_method(size_t index)
     const tfa_method_info *method = tfa_method_describe((uint32_t)index);
     return method ? method->name : NULL;
 }
-
-const char *suggest_forward_method(size_t index)
-{
-    const tfa_method_info *method;
-    for (uint32_t m = TFA_METHOD_AUTO + 1; (method = tfa_method_describe(m)); m++)
-        if (method->forward_dynamics && index-- == 0)
-            return method->name;
-    return NULL;
-}

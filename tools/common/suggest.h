@@ -11,9 +11,7 @@
 /** As tfa_suggest_words, of the methods. */
 void suggest_methods(const char *wrong, char *text, size_t size);
 
-/* For command_line_values. */
+/** For command_line_values */
 const char *suggest_method(size_t index);
-/** Those that answer forward dynamics by a name of their own: not auto. */
-const char *suggest_forward_method(size_t index);
 
 #endif

@@ -96,7 +96,7 @@ COMMAND = command.Command(
      Option("html", None, "FILE", "Write a self-contained page there: all maps, numbers under the "
             "pointer"),
      Option("output", "o", "FOLDER", "Write atlas.csv, SVG and PNG there")],
-    AFTER, words={"MAP": list(MAPS), "METHOD": ["auto", *FORWARD]})
+    AFTER, words={"MAP": list(MAPS), "METHOD": FORWARD})
 
 
 def measure_seed(given, name, point, bodies, seed):

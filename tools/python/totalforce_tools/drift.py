@@ -75,7 +75,8 @@ COMMAND = command.Command(
      Option("output", "o", "FOLDER", "Write drift.csv, SVG and PNG there")],
     AFTER.format("".join(f"  {name}: {integrator.__doc__}\n"
                          for name, integrator in drift_integrate.INTEGRATORS.items())),
-    words={"METHOD": [m for m in cases.METHODS if "forward_dynamics" in cases.METHODS[m].ops],
+    words={"METHOD": [name for name, m in cases.METHODS.items()
+                      if "forward_dynamics" in m.ops and name != "auto"],
            "MECHANISM": _totalforce._mechanisms()})
 
 

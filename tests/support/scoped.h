@@ -9,8 +9,8 @@
 
 #include <stdlib.h>
 
-/** SCOPED(end) type name: `end` gets the address of the variable. */
-#define SCOPED(end) __attribute__((cleanup(end)))
+/** SCOPED(end) type name: `end` gets the address of the variable, which may have no other use. */
+#define SCOPED(end) __attribute__((cleanup(end), unused))
 
 /** SCOPED_POINTER(end, type, release): `end` for pointers, by the function that releases them. */
 #define SCOPED_POINTER(end, type, release)                                                         \

@@ -11,33 +11,26 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const struct {
-    const char *name, *text;
-} kinds[] = {
-#define MECHANISM_ROW(name, text, what) {text, what},
+static const char *const names[] = {
+#define MECHANISM_ROW(name, text, what) text,
     MECHANISM_LIST(MECHANISM_ROW)
 #undef MECHANISM_ROW
 };
 
 const char *mechanism_name(mechanism_kind kind)
 {
-    return (unsigned)kind < MECHANISM_COUNT ? kinds[kind].name : "unknown";
+    return (unsigned)kind < MECHANISM_COUNT ? names[kind] : "unknown";
 }
 
 const char *mechanism_word(size_t index)
 {
-    return index < MECHANISM_COUNT ? kinds[index].name : NULL;
-}
-
-const char *mechanism_text(mechanism_kind kind)
-{
-    return (unsigned)kind < MECHANISM_COUNT ? kinds[kind].text : "unknown";
+    return index < MECHANISM_COUNT ? names[index] : NULL;
 }
 
 int mechanism_find(const char *name)
 {
     for (int i = 0; i < MECHANISM_COUNT; i++)
-        if (strcmp(kinds[i].name, name) == 0)
+        if (strcmp(names[i], name) == 0)
             return i;
     return -1;
 }

@@ -57,7 +57,6 @@ int mechanism_find(const char *name);
 const char *mechanism_name(mechanism_kind kind);
 /** The same for command_line_values: NULL after the last. */
 const char *mechanism_word(size_t index);
-const char *mechanism_text(mechanism_kind kind);
 
 /**
  * The error in the options, in one sentence that names value and remedy.

@@ -148,13 +148,13 @@ static bool path_fits(const tfa_runtime_dir *d, const char *file)
 }
 
 /* A socket of that name without a listener is what a killed daemon left. */
-static void remove_stale(const tfa_runtime_dir *d, const char *file, int type)
+static void remove_stale(const tfa_runtime_dir *d, const char *file)
 {
     const struct sockaddr_un address = address_of(d, file);
     struct stat info;
     if (fstatat(d->directory, file, &info, AT_SYMLINK_NOFOLLOW) != 0 || !S_ISSOCK(info.st_mode))
         return;
-    const int fd = socket(AF_UNIX, type | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    const int fd = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     if (fd < 0)
         return;
     if (connect(fd, (const struct sockaddr *)&address, sizeof address) != 0 &&
@@ -163,11 +163,11 @@ static void remove_stale(const tfa_runtime_dir *d, const char *file, int type)
     close(fd);
 }
 
-static int listen_at(const tfa_runtime_dir *d, const char *file, int type)
+static int listen_at(const tfa_runtime_dir *d, const char *file)
 {
-    remove_stale(d, file, type);
+    remove_stale(d, file);
     const struct sockaddr_un address = address_of(d, file);
-    int fd = socket(AF_UNIX, type | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    int fd = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     if (fd < 0)
         return -1;
     const mode_t before = umask(0117); /* 0660 from the first moment */
@@ -193,16 +193,7 @@ int tfa_runtime_dir_listen(const tfa_runtime_dir *d, const char *name)
         return -1;
     }
     const int passed = tfa_passed_socket_claim(name);
-    return passed >= 0 ? passed : listen_at(d, file, SOCK_SEQPACKET);
-}
-
-int tfa_runtime_dir_listen_stream(const tfa_runtime_dir *d, const char *name)
-{
-    char file[TFA_ROBOT_NAME_MAX + 6];
-    if (socket_name(name, file) && path_fits(d, file))
-        return listen_at(d, file, SOCK_STREAM);
-    errno = ENAMETOOLONG;
-    return -1;
+    return passed >= 0 ? passed : listen_at(d, file);
 }
 
 void tfa_runtime_dir_unlink(const tfa_runtime_dir *d, const char *name)
@@ -226,7 +217,7 @@ static void remove_listed(const tfa_runtime_dir *d)
     (void)strsep(&rest, "\n");
     for (const char *name; rest && (name = strsep(&rest, "\n"));)
         if (*name && socket_name(name, file))
-            remove_stale(d, file, SOCK_SEQPACKET);
+            remove_stale(d, file);
     free(text);
 }
 

@@ -48,8 +48,6 @@ bool tfa_runtime_dir_is_there(const tfa_runtime_dir *dir);
  *  service manager passed is taken, and stays at its path.
  *  @return a descriptor, or -1 with errno; EADDRINUSE: another program listens there */
 int tfa_runtime_dir_listen(const tfa_runtime_dir *dir, const char *name);
-/** The same for a stream socket; none is passed. */
-int tfa_runtime_dir_listen_stream(const tfa_runtime_dir *dir, const char *name);
 void tfa_runtime_dir_unlink(const tfa_runtime_dir *dir, const char *name);
 
 #endif

@@ -4,6 +4,7 @@
  * Calls totalforce.errors.make, which chooses the class and sets the attributes.
  */
 #include "errors.h"
+#include "records.h"
 #include "robot_names.h"
 
 #include <errno.h>
@@ -50,21 +51,16 @@ int raise_status(int status, const char *field, const char *format, ...)
     const int error = errno;
     FORMAT_TEXT(text, format);
     PyObject *attributes = attributes_of(status, field, text);
-    if (attributes && (status == TFA_E_FILE || status == TFA_E_SYSTEM)) {
-        PyObject *number = PyLong_FromLong(error);
-        if (!number || PyDict_SetItemString(attributes, "errno", number) < 0)
-            Py_CLEAR(attributes);
-        Py_XDECREF(number);
-    }
+    if (attributes && (status == TFA_E_FILE || status == TFA_E_SYSTEM) &&
+        set_entry(attributes, "errno", PyLong_FromLong(error)))
+        Py_CLEAR(attributes);
     return raise_with("make", attributes);
 }
 
 static int add_text(PyObject *attributes, const char *key, const char *text)
 {
-    PyObject *value = PyUnicode_DecodeUTF8(text, (Py_ssize_t)strlen(text), "replace");
-    const int bad = !value || PyDict_SetItemString(attributes, key, value) < 0;
-    Py_XDECREF(value);
-    return bad;
+    return set_entry(attributes, key,
+                     PyUnicode_DecodeUTF8(text, (Py_ssize_t)strlen(text), "replace"));
 }
 
 int raise_named(int status, const char *field, const char *attribute, const char *name,
@@ -159,13 +155,11 @@ int raise_report(int status, const char *path, const tfa_report *report, PyObjec
         snprintf(text, sizeof text, "%s%s%s: %s", path ? path : "", path ? ": " : "",
                  tfa_status_text(status),
                  status == TFA_E_FILE ? strerror(errno) : tfa_status_cause(status));
+    const int error = status == TFA_E_FILE ? errno : 0;
     PyObject *attributes = attributes_of(status, NULL, text);
-    PyObject *number = PyLong_FromLong(status == TFA_E_FILE ? errno : 0);
-    if (attributes &&
-        (!number || !messages || PyDict_SetItemString(attributes, "messages", messages) < 0 ||
-         PyDict_SetItemString(attributes, "errno", number) < 0 ||
-         (path && add_text(attributes, "file", path))))
+    if (attributes && (set_entry(attributes, "messages", Py_XNewRef(messages)) ||
+                       set_entry(attributes, "errno", PyLong_FromLong(error)) ||
+                       (path && add_text(attributes, "file", path))))
         Py_CLEAR(attributes);
-    Py_XDECREF(number);
     return raise_with("make", attributes);
 }

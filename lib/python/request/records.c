@@ -254,3 +254,10 @@ PyObject *record_advice(PyObject *joints, uint32_t freedoms, PyObject *q, PyObje
     return record(ADVICE,
                   Py_BuildValue("(OIOOdI)", joints, freedoms, q, single_error, error, state));
 }
+
+int set_entry(PyObject *dict, const char *key, PyObject *value)
+{
+    const int bad = !value || PyDict_SetItemString(dict, key, value) < 0;
+    Py_XDECREF(value);
+    return bad ? -1 : 0;
+}

@@ -28,4 +28,8 @@ PyObject *record_build(const tfa_specialise_result *result);
 PyObject *record_advice(PyObject *joints, uint32_t freedoms, PyObject *q, PyObject *single_error,
                         double error, uint32_t state);
 
+/** Sets an entry of a dict, and takes the reference of its value; NULL: an exception is set.
+ *  @return 0; -1 with an exception */
+int set_entry(PyObject *dict, const char *key, PyObject *value);
+
 #endif

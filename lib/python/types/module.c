@@ -124,13 +124,6 @@ static PyObject *joint_limits(PyObject *module, PyObject *args)
     return made;
 }
 
-static PyObject *status_name(PyObject *module, PyObject *status)
-{
-    const long number = PyLong_AsLong(status);
-    (void)module;
-    return PyErr_Occurred() ? NULL : PyUnicode_FromString(tfa_status_name((int)number));
-}
-
 static PyMethodDef functions[] = {
     {"methods", list_methods, METH_NOARGS,
      "methods()\n--\n\nThe table of methods: a list of Method (name, ops, cost, refusals)."},
@@ -146,7 +139,6 @@ static PyMethodDef functions[] = {
     {"_race", (PyCFunction)(void (*)(void))race, METH_VARARGS | METH_KEYWORDS, NULL},
     {"_suggest", suggest, METH_VARARGS, NULL},
     {"_speak_command_line", model_speak_command_line, METH_NOARGS, NULL},
-    {"_status_name", status_name, METH_O, NULL},
     {"_joint_limits", joint_limits, METH_VARARGS, NULL},
     {"_restore_reply", reply_restore, METH_VARARGS, NULL},
     {0}};

@@ -7,6 +7,7 @@
 #include "objects.h"
 #include "python/request/errors.h"
 #include "python/request/read.h"
+#include "python/request/records.h"
 
 #include <stddef.h>
 #include <time.h>
@@ -149,14 +150,6 @@ static PyTypeObject histogram_type = {
 
 /* ---- dicts ---- */
 
-/* Sets an entry, whose reference it takes. @return 0; -1 with an exception */
-static int put(PyObject *dict, const char *key, PyObject *value)
-{
-    const int bad = !value || PyDict_SetItemString(dict, key, value) < 0;
-    Py_XDECREF(value);
-    return bad ? -1 : 0;
-}
-
 typedef struct member {
     const char *key;
     enum { TEXT, U32, I32, U64, DOUBLE } kind;
@@ -231,7 +224,7 @@ static PyObject *dict_of(const void *from, const member *rows)
 {
     PyObject *dict = PyDict_New();
     for (; dict && rows->key; rows++)
-        if (put(dict, rows->key, value_of(from, rows)))
+        if (set_entry(dict, rows->key, value_of(from, rows)))
             Py_CLEAR(dict);
     return dict;
 }
@@ -256,7 +249,7 @@ static PyObject *counts_of(const uint64_t *counts, int size, const char *(*name)
 {
     PyObject *dict = PyDict_New();
     for (int i = 0; dict && i < size; i++)
-        if (counts[i] && put(dict, name(i), PyLong_FromUnsignedLongLong(counts[i])))
+        if (counts[i] && set_entry(dict, name(i), PyLong_FromUnsignedLongLong(counts[i])))
             Py_CLEAR(dict);
     return dict;
 }
@@ -274,12 +267,13 @@ static const char *name_of_method(int k)
 static PyObject *tally_of(const tfa_tally *t)
 {
     PyObject *dict = dict_of(t, tally_members);
-    if (dict &&
-        (put(dict, "statuses", counts_of(t->statuses, TFA_STATISTICS_STATUSES, name_of_status)) ||
-         put(dict, "methods", counts_of(t->methods, TFA_STATISTICS_METHODS, name_of_method)) ||
-         put(dict, "queue", (PyObject *)copy_histogram(&t->queue)) ||
-         put(dict, "compute", (PyObject *)copy_histogram(&t->compute)) ||
-         put(dict, "total", (PyObject *)copy_histogram(&t->total))))
+    if (dict && (set_entry(dict, "statuses",
+                           counts_of(t->statuses, TFA_STATISTICS_STATUSES, name_of_status)) ||
+                 set_entry(dict, "methods",
+                           counts_of(t->methods, TFA_STATISTICS_METHODS, name_of_method)) ||
+                 set_entry(dict, "queue", (PyObject *)copy_histogram(&t->queue)) ||
+                 set_entry(dict, "compute", (PyObject *)copy_histogram(&t->compute)) ||
+                 set_entry(dict, "total", (PyObject *)copy_histogram(&t->total))))
         Py_CLEAR(dict);
     return dict;
 }
@@ -303,9 +297,10 @@ static PyObject *robot_of(const void *robot)
     const tfa_robot_statistics *r = robot;
     PyObject *dict = dict_of(r, robot_members);
     if (dict &&
-        (put(dict, "total", tally_of(&r->total)) || put(dict, "state", state_of(&r->state)) ||
-         put(dict, "inputs",
-             list_of(r->ros2.inputs, sizeof *r->ros2.inputs, r->ros2.input_count, input_of))))
+        (set_entry(dict, "total", tally_of(&r->total)) ||
+         set_entry(dict, "state", state_of(&r->state)) ||
+         set_entry(dict, "inputs",
+                   list_of(r->ros2.inputs, sizeof *r->ros2.inputs, r->ros2.input_count, input_of))))
         Py_CLEAR(dict);
     return dict;
 }
@@ -314,8 +309,9 @@ static PyObject *client_of(const void *client)
 {
     const tfa_client_statistics *c = client;
     PyObject *dict = dict_of(c, client_members);
-    if (dict && (put(dict, "kind", PyUnicode_FromString(tfa_client_kind_name(c->served.kind))) ||
-                 put(dict, "tally", tally_of(&c->tally))))
+    if (dict &&
+        (set_entry(dict, "kind", PyUnicode_FromString(tfa_client_kind_name(c->served.kind))) ||
+         set_entry(dict, "tally", tally_of(&c->tally))))
         Py_CLEAR(dict);
     return dict;
 }
@@ -328,10 +324,11 @@ static PyObject *dds_of(const tfa_snapshot *s)
 static PyObject *snapshot_of(const tfa_snapshot *s)
 {
     PyObject *dict = dict_of(s, snapshot_members);
-    if (dict &&
-        (put(dict, "dds", dds_of(s)) ||
-         put(dict, "robots", list_of(s->robots, sizeof *s->robots, s->robot_count, robot_of)) ||
-         put(dict, "clients", list_of(s->clients, sizeof *s->clients, s->client_count, client_of))))
+    if (dict && (set_entry(dict, "dds", dds_of(s)) ||
+                 set_entry(dict, "robots",
+                           list_of(s->robots, sizeof *s->robots, s->robot_count, robot_of)) ||
+                 set_entry(dict, "clients",
+                           list_of(s->clients, sizeof *s->clients, s->client_count, client_of))))
         Py_CLEAR(dict);
     return dict;
 }
@@ -425,8 +422,8 @@ static int add_statuses(PyObject *module)
 {
     PyObject *dict = PyDict_New();
     for (int k = 0; dict && k < TFA_STATISTICS_STATUSES; k++)
-        if (put(dict, tfa_status_name(-k),
-                Py_BuildValue("(ss)", tfa_status_text(-k), tfa_status_cause(-k))))
+        if (set_entry(dict, tfa_status_name(-k),
+                      Py_BuildValue("(ss)", tfa_status_text(-k), tfa_status_cause(-k))))
             Py_CLEAR(dict);
     const int bad = !dict || PyModule_AddObjectRef(module, "STATUSES", dict) < 0;
     Py_XDECREF(dict);

@@ -42,8 +42,6 @@ MAPS = {
                  "masses fall from root to tip"),
     "curl": Map("helix", "curl", 0.0, 1.0, "bend (1: 21° a joint)", "from straight to a helix"),
 }
-FORWARD = [name for name, m in cases.METHODS.items()
-           if "forward_dynamics" in m.ops and name != "auto"]
 HEAD = f"""\
 # states of each cell and seed: %d, seeds: %d from %d on
 # error: relative 2-norm error of qdd to aba in f128, median over the seeds of the median over the \
@@ -63,12 +61,6 @@ AFTER = ("Maps:\n" + "".join(f"  {name}: {m.what}; {m.axis}\n" for name, m in MA
          "above 1e-6 was estimated below 1e-7.")
 
 
-def read_method(text, _):
-    if text not in (*FORWARD, "auto"):
-        raise ValueError(f"no '{text}' of forward dynamics; `totalforce methods` lists them")
-    return text
-
-
 def read_sizes(text, before):
     sizes = each(whole(1, 16384), 16)(text, before)
     for smaller, size in zip(sizes, sizes[1:]):
@@ -85,9 +77,9 @@ COMMAND = command.Command(
      Option("points", None, "N", "Values along the axis (13)", whole(2, 25), 13),
      Option("bodies", "n", "N,...", "Sizes (2,4,8,16,32,64,128,256)", read_sizes),
      Option("methods", "M", "METHOD,...", "Methods (all of forward dynamics)",
-            each(read_method, 32)),
+            each(cases.read_method, 32)),
      Option("rhs", None, "qdd|tau|gravity", "Right-hand side (qdd)",
-            word(("qdd", "tau", "gravity")), "qdd"),
+            word(cases.RHS), "qdd"),
      Option("states", None, "N", "Random states of each seed (3)", whole(1, 16), 3),
      Option("seed", "s", "N", "Of the random numbers (1)", whole(0, 2**64 - 1), 1),
      Option("seeds", None, "N", "Seeds in each cell, from --seed on: other mechanisms and states "
@@ -96,7 +88,7 @@ COMMAND = command.Command(
      Option("html", None, "FILE", "Write a self-contained page there: all maps, numbers under the "
             "pointer"),
      Option("output", "o", "FOLDER", "Write atlas.csv, SVG and PNG there")],
-    AFTER, words={"MAP": list(MAPS), "METHOD": FORWARD})
+    AFTER, words={"MAP": list(MAPS), "METHOD": cases.FORWARD})
 
 
 def measure_seed(given, name, point, bodies, seed):
@@ -180,7 +172,7 @@ def main(argv):
     given = COMMAND.parse(argv)
     given.maps = [name for name in MAPS if name in (given.maps or MAPS)]
     given.bodies = given.bodies or [2**k for k in range(1, 9)]
-    given.methods = given.methods or FORWARD
+    given.methods = given.methods or cases.FORWARD
     page = open(given.html, "w", encoding="utf-8") if given.html else None
     out = command.open_rows("atlas", given.output, given.json)
     rows, whole_atlas = measure_all(given)

@@ -9,7 +9,7 @@ import numpy as np
 
 import totalforce as tf
 from totalforce_tools import command
-from totalforce_tools.cases import error_of, median
+from totalforce_tools.cases import error_of, median, subject_of
 
 MODES = {"plain": "the method alone: no refinement, no estimate, no fallback",
          "refined": "after one refinement step, whatever becomes of it",
@@ -143,8 +143,7 @@ def measure(row, states, solver):
                 found = refine_by_hand(solver, request, row.method, found)
         except tf.Error as error:
             if not row.refused:
-                row.status = error.status
-                row.about = f"{error.field or ''} {error.link or ''}".strip()
+                row.status, row.about = error.status, subject_of(error)
             row.refused += 1
             continue
         with np.errstate(all="ignore"):

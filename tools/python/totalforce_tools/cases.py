@@ -17,6 +17,9 @@ from totalforce_tools.command import Failed
 GOLDEN = 0x9E3779B97F4A7C15
 DENSE_BODIES_MAX = 128  # a dense M of more takes more than a second in quadruple precision
 METHODS = {method.name: method for method in tf.methods()}
+FORWARD = [name for name, method in METHODS.items()
+           if "forward_dynamics" in method.ops and name != "auto"]
+RHS = ("qdd", "tau", "gravity")
 # arithmetic of the factors, and of the residual of refinement steps
 PRECISIONS = {"f64": ("f64", "same"), "f32": ("f32", "same"), "f32+f64": ("f32", "f64"),
               "f64+f128": ("f64", "f128"), "f128": ("f128", "same")}
@@ -57,6 +60,24 @@ class Random:
         return np.where(values == 0.0, 0.0, np.nextafter(values, to))
 
 
+def read_method(text, _):
+    """An option's value: a method of forward dynamics"""
+    if text not in (*FORWARD, "auto"):
+        raise ValueError(f"no '{text}' of forward dynamics; `totalforce methods` lists them")
+    return text
+
+
+def read_mechanism(text, _):
+    if text not in _totalforce._mechanisms():
+        raise ValueError(f"no '{text}'; `totalforce chain --help` lists them")
+    return text
+
+
+def subject_of(error):
+    """What an error is about: an argument, a link"""
+    return f"{error.field or ''} {error.link or ''}".strip()
+
+
 def median(values):
     return statistics.median(float(v) for v in values)
 
@@ -89,6 +110,10 @@ class Case:
         self.moved = tf.Workspace(moved, precision="f128", round_sincos=True)
         self.tip = tip if tip in self.model.links else deepest(self.model)
 
+    def reach(self, joint):
+        """Joint coordinates are drawn within +- this."""
+        return 0.1 * self.turn if joint.type == "prismatic" else self.turn
+
     @staticmethod
     def mechanism(label, bodies, seed, value=None, **options):
         """NAME or NAME:X, X being its mass ratio, taper or radius"""
@@ -101,11 +126,17 @@ class Case:
         return case
 
 
-def deepest(model):
-    """Link of the body behind most joints"""
+def depths_of(model):
+    """Of each body, how many bodies are on its path to the world"""
     depths = []
     for body in model.bodies:
         depths.append(1 + (depths[body.parent] if body.parent >= 0 else 0))
+    return depths
+
+
+def deepest(model):
+    """Link of the body behind most joints"""
+    depths = depths_of(model)
     return model.bodies[depths.index(max(depths))].name if depths else model.links[0]
 
 
@@ -156,10 +187,9 @@ class States:
         return self.answer(self.case.exact.compute(self.op, **self.request(s), method=self.method))
 
     def _draw_coordinates(self, q):
-        random, turn, at = self.case.random, self.case.turn, 0
+        random, at = self.case.random, 0
         width = np.concatenate([np.zeros(0)] + [
-            np.full(j.q_count, 0.1 * turn if j.type == "prismatic" else turn)
-            for j in self.case.model.joints])
+            np.full(j.q_count, self.case.reach(j)) for j in self.case.model.joints])
         for joint in self.case.model.joints:
             if joint.q_count > joint.v_count:  # its quaternion is drawn behind its numbers
                 end = joint.q_index + joint.q_count

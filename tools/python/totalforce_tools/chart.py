@@ -8,7 +8,8 @@ from itertools import product
 import totalforce as tf
 from totalforce import _totalforce
 from totalforce_tools import cases, chart_peers, chart_rows, command
-from totalforce_tools.chart_rows import OPS, OVER_BUDGET, PRECISIONS, RHS, STRATEGIES, Row
+from totalforce_tools.cases import RHS
+from totalforce_tools.chart_rows import OPS, OVER_BUDGET, PRECISIONS, STRATEGIES, Row
 from totalforce_tools.command import Failed, Option, Usage, each, number, positive, whole, word
 
 ABOUT = ("Charts accuracy against speed: every method on every mechanism, size, right-hand side "
@@ -69,8 +70,7 @@ def read_target(targets):
             name, colon, value = label.partition(":")
             if len(targets) == CASES_MAX:
                 raise ValueError(f"more than {CASES_MAX} mechanisms and robots")
-            if name not in _totalforce._mechanisms():
-                raise ValueError(f"no '{name}'; `totalforce chain --help` lists them")
+            cases.read_mechanism(name, None)
             value = number(value) if colon else None
             if colon and value <= 0:
                 raise ValueError(f"{label}: the number must be positive")

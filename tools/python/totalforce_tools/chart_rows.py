@@ -13,10 +13,9 @@ import numpy as np
 import totalforce as tf
 from totalforce import _totalforce
 from totalforce_tools import cases, chart_peers, command
-from totalforce_tools.cases import NO_DIGIT, PRECISIONS, error_of, median
+from totalforce_tools.cases import NO_DIGIT, PRECISIONS, error_of, median, subject_of
 
 OPS = ("forward_dynamics", "operational_inertia")
-RHS = ("qdd", "tau", "gravity")
 STRATEGIES = ("single", "batch", "specialised", "specialised-batch")
 # a call longer than this many budgets is not repeated, and not made for any larger robot
 OVER_BUDGET = 20.0
@@ -146,8 +145,7 @@ class Solvers:
 
 def refuse(row, error, about=None):
     """The row of an answer that there is not"""
-    subject = f"{error.field or ''} {error.link or ''}".strip()
-    row.fail(error.status, about or subject, error.summary)
+    row.fail(error.status, about or subject_of(error), error.summary)
 
 
 def find_refusal(row, solvers):

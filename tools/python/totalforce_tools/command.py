@@ -5,6 +5,7 @@
 A table of options is parsed, shown by --help, and printed by --print-options for the programs that
 write man pages and completion (service/command_line/command_line.h has the format).
 """
+import functools
 import getopt
 import json
 import math
@@ -250,6 +251,7 @@ def each(read, most, twice=False):
 
 # Files of rows
 
+@functools.cache
 def machine():
     """Processor and kernels of this machine."""
     processor = "unknown"

@@ -2,8 +2,6 @@
 # SPDX-FileCopyrightText: The totalforce authors
 """`totalforce drift`: energy over simulated time, a line for each method, precision and step."""
 import math
-import os
-import sys
 
 import numpy as np
 
@@ -29,19 +27,6 @@ Errors are relative to the kinetic energy of the start plus the weight of what m
 distance of its centre of mass from the origin."""
 
 
-def read_method(text, _):
-    method = cases.METHODS.get(text)
-    if not method or "forward_dynamics" not in method.ops:
-        raise ValueError(f"no '{text}' of forward dynamics; `totalforce methods` lists them")
-    return text
-
-
-def read_mechanism(text, _):
-    if text not in _totalforce._mechanisms():
-        raise ValueError(f"no '{text}'; `totalforce chain --help` lists them")
-    return text
-
-
 def read_steps(text, before):
     steps = [number(entry) for entry in text.split(",")]
     for step in steps:
@@ -56,10 +41,10 @@ COMMAND = command.Command(
     "drifts: a line for each method, precision and step, and one with accelerations in quadruple "
     "precision, which is the error of the integrator alone.",
     [Option("urdf", None, "FILE", "A robot on a fixed base"),
-     Option("mechanism", "m", "MECHANISM", "In place of a robot (random)", read_mechanism,
+     Option("mechanism", "m", "MECHANISM", "In place of a robot (random)", cases.read_mechanism,
             "random"),
      Option("bodies", "n", "N", "Of the mechanism (8)", whole(1, 16384), 8),
-     Option("methods", "M", "METHOD,...", "Of forward dynamics (aba)", each(read_method, 32)),
+     Option("methods", "M", "METHOD,...", "Of forward dynamics (aba)", each(cases.read_method, 32)),
      Option("precision", None, "|".join(cases.PRECISIONS) + ",...",
             "Arithmetic of the accelerations (f64)",
             each(word(tuple(cases.PRECISIONS)), len(cases.PRECISIONS))),
@@ -75,9 +60,7 @@ COMMAND = command.Command(
      Option("output", "o", "FOLDER", "Write drift.csv, SVG and PNG there")],
     AFTER.format("".join(f"  {name}: {integrator.__doc__}\n"
                          for name, integrator in drift_integrate.INTEGRATORS.items())),
-    words={"METHOD": [name for name, m in cases.METHODS.items()
-                      if "forward_dynamics" in m.ops and name != "auto"],
-           "MECHANISM": _totalforce._mechanisms()})
+    words={"METHOD": cases.FORWARD, "MECHANISM": _totalforce._mechanisms()})
 
 
 class Swing:
@@ -89,8 +72,7 @@ class Swing:
             raise command.Failed(f"{case.name}: only revolute, continuous and prismatic joints on "
                                  "a fixed base move here")
         self.case, self.n = case, model.v_count
-        width = np.array([0.1 * case.turn if j.type == "prismatic" else case.turn
-                          for j in model.joints])
+        width = np.array([case.reach(joint) for joint in model.joints])
         self.start = case.random.uniform(-width, width, self.n)
         reply = case.exact.kinematics(self.start, np.zeros(self.n), want=["energy", "com"])
         self.energy = float(reply.energy[0] + reply.energy[1])

@@ -8,6 +8,8 @@ from totalforce import _totalforce
 from totalforce_tools.command import Group, Option, Usage, number, word
 
 SNAP_MAX = 0.01  # rad
+POLICIES = {"base": "fixed|floating", "mimic": "free|project|lock",  # in the order of their numbers
+            "inertia": "strict|warn|repair|strict-physical"}
 PAYLOAD = "LINK:MASS[,X,Y,Z[,IXX,IXY,IXZ,IYY,IYZ,IZZ]]"
 
 
@@ -71,11 +73,11 @@ def read_snap(text, _):
 
 OPTIONS = [
     Group("How the file becomes a model:"),
-    choice("base", "fixed|floating", "The root link (fixed)"),
+    choice("base", POLICIES["base"], "The root link (fixed)"),
     Option("gravity", None, "X,Y,Z", "Gravity in the world, m/s^2 (0,0,-9.80665)", vector),
-    choice("mimic", "free|project|lock", "Joints that mimic others are ordinary joints, follow "
+    choice("mimic", POLICIES["mimic"], "Joints that mimic others are ordinary joints, follow "
            "exactly, or stand still (free)"),
-    choice("inertia", "strict|warn|repair|strict-physical", "An inertia that no body can have: "
+    choice("inertia", POLICIES["inertia"], "An inertia that no body can have: "
            "strict refuses negative eigenvalues, strict-physical a broken triangle inequality, "
            "too; warn uses it as written; repair makes negative eigenvalues 0 (strict)"),
     Option("rotor-inertia", None, None,
@@ -139,8 +141,7 @@ def load(path, o):
         lines = [format_message(m) for m in shown] or [str(error)]
         print(*lines, sep="\n", file=sys.stderr)
         raise SystemExit(2) from None
-    for message in model.messages:
-        if message.severity != "note":
-            print(format_message(message), file=sys.stderr)
+    for warning in model.warnings:
+        print(warning, file=sys.stderr)
     check_locks(model, locks)
     return model

@@ -3,6 +3,7 @@
 """The command line of `totalforce sweep`."""
 import totalforce as tf
 from totalforce_tools import scene
+from totalforce_tools.cases import METHODS
 from totalforce_tools.command import Command, Group, Option, Usage, positive, whole, word
 from totalforce_tools.sweep_statistics import GROUP
 
@@ -12,7 +13,6 @@ BLOCK, BLOCK_MAX, BLOCKS_MAX = 65536, 1 << 24, 1 << 30
 THREADS_MAX, PARTS_MAX, U64_MAX = 256, 100000, (1 << 64) - 1
 
 OPS = tf.OPS[: tf.OPS.index("mass_matrix") + 1]
-METHODS = {method.name: method for method in tf.methods()}
 RESIDUALS, ESTIMATES = "same|f64|f128", "default|never|always"  # in the order of their numbers
 
 

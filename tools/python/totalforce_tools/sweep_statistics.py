@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 import totalforce as tf
-from totalforce import _totalforce
+from totalforce_tools.cases import METHODS
 
 GROUP = 512  # states whose values are added up before the exact sum gets them
 COUNTS = ("states", "fallbacks", "sentinels", "residual_precision", "references",
@@ -116,20 +116,12 @@ def named(statistics, first, names):
             if statistics[first + k]}
 
 
-def statuses():
-    return [_totalforce._status_name(-k) for k in range(NUMBERS)]
-
-
-def methods():
-    return [method.name for method in tf.methods()]
-
-
 def print_table(statistics):
     for name, count in zip(COUNTS, statistics):
         print(f"{name:<20} {count}")
-    for name, count in named(statistics, STATUS, statuses()).items():
+    for name, count in named(statistics, STATUS, tf.STATUSES).items():
         print(f"status {name:<13} {count}")
-    for name, count in named(statistics, METHOD, methods()).items():
+    for name, count in named(statistics, METHOD, METHODS).items():
         print(f"method {name:<13} {count}")
     for name in SERIES:
         if series_of(statistics, name)[0]:
@@ -155,8 +147,8 @@ def as_json(statistics):
     counts = {name: int(count) for name, count in zip(COUNTS, statistics)}
     series = {name: series_json(series_of(statistics, name)) for name in SERIES
               if series_of(statistics, name)[0]}
-    return {**counts, "status": named(statistics, STATUS, statuses()),
-            "method": named(statistics, METHOD, methods()), **series}
+    return {**counts, "status": named(statistics, STATUS, tf.STATUSES),
+            "method": named(statistics, METHOD, METHODS), **series}
 
 
 def dump(value):

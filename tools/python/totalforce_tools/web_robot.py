@@ -10,10 +10,10 @@ import struct
 
 import numpy as np
 import totalforce as tf
+from totalforce_tools.cases import depths_of
+from totalforce_tools.scene import POLICIES
 
 TIPS = 8
-WORDS = {"base": ("fixed", "floating"), "mimic": ("free", "project", "lock"),
-         "inertia": ("strict", "warn", "repair", "strict-physical")}
 
 
 def describe(robot, directory):
@@ -43,7 +43,7 @@ def compile_model(settings, urdf):
         tips=scene.get("tips"), payload=scene.get("payloads"),
         locked={lock["joint"]: lock["q"] for lock in scene.get("locks", ())},
         armature={entry["joint"]: entry["value"] for entry in o["armature"]},
-        **flags, **{name: words[o[name]] for name, words in WORDS.items()})
+        **flags, **{name: words.split("|")[o[name]] for name, words in POLICIES.items()})
 
 
 def find_lines(model):
@@ -64,12 +64,9 @@ def find_lines(model):
 
 def find_tips(model):
     """The last link of each body that carries no other; the deepest, if there are many."""
-    parents = [body.parent for body in model.bodies]
-    depth, last = [], {body: frame for frame, body in enumerate(model.link_bodies)}
-    for parent in parents:
-        depth.append(1 + (depth[parent] if parent >= 0 else 0))
-    leaves = sorted(set(range(len(parents))) & set(last) - set(parents))
-    return [last[body] for body in sorted(leaves, key=lambda body: -depth[body])[:TIPS]]
+    depth, last = depths_of(model), {body: frame for frame, body in enumerate(model.link_bodies)}
+    leaves = set(range(len(depth))) & set(last) - {body.parent for body in model.bodies}
+    return [last[body] for body in sorted(leaves, key=lambda body: (-depth[body], body))[:TIPS]]
 
 
 class Figure:

@@ -62,10 +62,23 @@ def check_figure(check, browser):
     check(len(values) == 3 and values[0] >= values[1] >= values[2] > 0, "eigenvalues:", text)
 
 
+# A robot is chosen while a state of another one is on its way.
+CHOOSE_MEANWHILE = """
+const fetched = window.fetch;
+window.fetch = async (path, ...more) => {
+  const answer = await fetched(path, ...more);
+  if (path.startsWith("/state")) {
+    window.fetch = fetched;
+    document.getElementById("robot").value = "still";
+    document.getElementById("robot").dispatchEvent(new Event("change"));
+  }
+  return answer;
+};"""
+
+
 def check_view(check, browser):
     """By keys, of a robot that stands still."""
-    browser.run("document.getElementById('robot').value = 'still';"
-                "document.getElementById('robot').dispatchEvent(new Event('change'));")
+    browser.run(CHOOSE_MEANWHILE)
     check(until(lambda: "No request yet" in status(browser)), "status:", status(browser))
     check(until(lambda: browser.run("return document.title") == "still – totalforced"), "no robot")
     check(until(lambda: same_twice(browser)), "it does not stand still")

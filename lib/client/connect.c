@@ -40,11 +40,9 @@ static bool daemon_is_ready(const char *runtime_dir)
     return ready;
 }
 
-static int connect_error(const char *runtime_dir)
+static int connect_error(void)
 {
-    if (errno == ENOENT)
-        return daemon_is_ready(runtime_dir) ? TFA_E_ROBOT : TFA_E_DISCONNECTED;
-    if (errno == ECONNREFUSED || errno == ENOTDIR)
+    if (errno == ECONNREFUSED || errno == ENOENT || errno == ENOTDIR)
         return TFA_E_DISCONNECTED;
     if (errno == EACCES || errno == EPERM)
         return TFA_E_REFUSED;
@@ -68,6 +66,21 @@ static int connect_until(int fd, const struct sockaddr_un *address, uint64_t dea
     return result != 0 ? result : fcntl(fd, F_SETFL, O_NONBLOCK);
 }
 
+static int connect_robot(const tfa_client *client, int fd, const struct sockaddr_un *address,
+                         uint64_t deadline)
+{
+    if (connect_until(fd, address, deadline) == 0)
+        return TFA_OK;
+    if (errno != ENOENT)
+        return connect_error();
+    if (!daemon_is_ready(client->runtime_dir))
+        return TFA_E_DISCONNECTED;
+    /* it may be ready only since then: its robots have their sockets now */
+    if (connect_until(fd, address, deadline) == 0)
+        return TFA_OK;
+    return errno == ENOENT ? TFA_E_ROBOT : connect_error();
+}
+
 static int open_socket(const tfa_client *client, uint64_t deadline, int *out)
 {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
@@ -78,8 +91,9 @@ static int open_socket(const tfa_client *client, uint64_t deadline, int *out)
     int fd = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
     if (fd < 0)
         return TFA_E_SYSTEM;
-    if (connect_until(fd, &address, deadline) != 0) {
-        int status = connect_error(client->runtime_dir), saved = errno;
+    int status = connect_robot(client, fd, &address, deadline);
+    if (status != TFA_OK) {
+        int saved = errno;
         close(fd);
         errno = saved;
         return status;

@@ -126,6 +126,8 @@ static void unlisten_at(tfa_daemon *d, uint32_t i)
 
 void control_close_listeners(tfa_daemon *d)
 {
+    if (d->listeners)
+        tfa_runtime_dir_closing(&d->runtime_dir);
     commands_unlisten(d);
     for (uint32_t i = 0; d->listeners && i < d->robot_set.count; i++)
         unlisten_at(d, i);

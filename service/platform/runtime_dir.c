@@ -252,6 +252,11 @@ void tfa_runtime_dir_ready(const tfa_runtime_dir *d, const char *const *names, s
     write_state(d, " " TFA_LOCK_READY, names, count);
 }
 
+void tfa_runtime_dir_closing(const tfa_runtime_dir *d)
+{
+    write_state(d, "", NULL, 0);
+}
+
 void tfa_runtime_dir_release(tfa_runtime_dir *d)
 {
     if (d->lock >= 0) {

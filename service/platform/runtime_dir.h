@@ -38,6 +38,9 @@ TFA_CHECKED int tfa_runtime_dir_acquire(tfa_runtime_dir *dir, const char *path);
  *  the robots. */
 void tfa_runtime_dir_ready(const tfa_runtime_dir *dir, const char *const *names, size_t count);
 
+/** Takes that note back: a client that finds no socket from now on finds no daemon. */
+void tfa_runtime_dir_closing(const tfa_runtime_dir *dir);
+
 /** Removes the lock file, and the directory if this daemon made it and it is empty; closes both. */
 void tfa_runtime_dir_release(tfa_runtime_dir *dir);
 

@@ -12,6 +12,7 @@
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
+#include <sys/syscall.h>
 #include <sys/un.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -209,6 +210,33 @@ TEST(reconnect_waits_for_the_daemon)
     tfa_client_close(patient);
     tfa_client_close(hasty);
     h.pid = late;
+}
+
+static bool socket_is_late; /* the next connect finds no socket */
+
+/* takes the place of the C library's */
+__attribute__((visibility("default"))) int connect(int fd, __CONST_SOCKADDR_ARG address,
+                                                   socklen_t size)
+{
+    if (!socket_is_late)
+        return (int)syscall(SYS_connect, fd, address.__sockaddr__, size);
+    socket_is_late = false;
+    errno = ENOENT;
+    return -1;
+}
+
+/* A daemon that opens its sockets right after a client's connect is not one without the robot. */
+TEST(a_robot_of_a_daemon_that_just_started_is_known)
+{
+    tfa_client *client;
+    SCOPED_HARNESS h = harness_serve(ARM, "");
+    tfa_client_options options = harness_options(&h, "arm");
+    socket_is_late = true;
+    assert_int_equal(tfa_client_connect(&options, &client), TFA_OK);
+    assert_false(socket_is_late);
+    tfa_client_close(client);
+    options.robot = "leg";
+    assert_int_equal(tfa_client_connect(&options, &client), TFA_E_ROBOT);
 }
 
 /* @return how many connections the paused daemon's queue takes */

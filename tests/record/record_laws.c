@@ -45,7 +45,7 @@ static unsigned ask_everything(const harness *h, const char *robot, unsigned ste
     SCOPED_CLIENT *client = harness_connect_with(&options);
     const tfa_client_info *info = tfa_client_get_info(client);
     SCOPED(any_answers_free) any_answers a = any_answers_make(info);
-    for (unsigned i = 0; i < ANY_REQUESTS; i += step) {
+    for (unsigned i = 0; i < ANY_REQUESTS; i += ANY_STEP(step)) {
         tfa_exchange times = {0};
         const tfa_request r = any_request(i, info);
         const int status = tfa_client_call(client, &r, &a.reply, WAIT_NS, &times);

@@ -142,7 +142,7 @@ static void values(op_case *c)
         return;
     count(c);
     push_inside(c);
-    for (uint32_t k = 0; k < (c->n > 40 ? 1 : OP_STATES); k++) {
+    for (uint32_t k = 0; k < (c->n > 40 ? 1 : test_extent(1, OP_STATES)); k++) {
         c->r.frame = c->whole_r.frame = (tfa_reference_frame)k;
         check_values(c, k);
     }

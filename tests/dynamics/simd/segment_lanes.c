@@ -15,6 +15,7 @@
 #include <totalforce/totalforce.h>
 
 #define STATES 3u
+#define STEP (4u / TEST_ROUNDS(4u)) /* between lengths */
 enum { POOLS = 3 };
 static const uint32_t pool_threads[POOLS] = {2, 3, 7};
 
@@ -148,7 +149,7 @@ TEST(every_length_equals_aba)
 {
     static const chain_mechanism kinds[] = {CHAIN_RANDOM, CHAIN_HEAVY_SPOTS, CHAIN_HELIX,
                                             CHAIN_POINTS};
-    for (uint32_t links = 48; links < 300; links += links < 100 ? 1 : 23)
+    for (uint32_t links = 48; links < 300; links += (links < 100 ? 1 : 23) * STEP)
         for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) {
             struct test_case x =
                 test_case_open(kinds[k], links, TFA_BASE_FIXED, links % 3 ? 0 : 0.1);

@@ -28,7 +28,8 @@ matplotlib.rcParams.update({
     "svg.hashsalt": "totalforce",  # the same numbers give the same file
 })
 
-WIDTH = 8.3  # inch: 830 points, the width of a page of the documentation
+PIXELS = 96  # of an inch, as browsers count
+WIDTH = 830 / PIXELS  # the width of a page of the documentation
 
 # One mark and colour for each method, dark for the first of a family and light for the second, so
 # that print in grey keeps them apart. Open: as solved; filled: refined.
@@ -76,6 +77,18 @@ def picture(headline, machine, date, command, rows=1, columns=1, size=(WIDTH, 5.
     return figure, figure.subplots(rows, columns, squeeze=False, **subplots)
 
 
+def key(figure, columns):
+    """One key for the lines of all axes, above the foot"""
+    labels = {label: handle for axis in figure.axes
+              for handle, label in zip(*axis.get_legend_handles_labels())}
+    layout = figure.get_layout_engine()
+    left, below, width, height = layout.get()["rect"]
+    room = (0.2 * -(-len(labels) // columns) + 0.1) / figure.get_figheight()
+    layout.set(rect=(left, below + room, width, height - room))
+    figure.legend(labels.values(), labels, ncols=columns, loc="lower center",
+                  bbox_to_anchor=(0.5, below), borderaxespad=0)
+
+
 def settle(figure):
     """Finds the places of the axes, which takes longer than to draw them, once for all files."""
     if figure.get_layout_engine().colorbar_gridspec is not None:
@@ -92,9 +105,9 @@ def svg(figure):
     return text[text.index("<svg"):]
 
 
-def save(figure, folder, name):
+def save(figure, folder, name, kinds=("svg", "png"), dpi=PIXELS):
     """Writes NAME.svg and NAME.png into the folder."""
     settle(figure)
-    path = os.path.join(folder, name)
-    figure.savefig(f"{path}.svg", metadata={"Date": None, "Creator": None})
-    figure.savefig(f"{path}.png", dpi=100)
+    for kind in kinds:
+        figure.savefig(os.path.join(folder, f"{name}.{kind}"), dpi=dpi,
+                       metadata={"Date": None, "Creator": None} if kind == "svg" else None)

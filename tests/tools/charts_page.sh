@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: The totalforce authors
 #
-# docs/charts/make.sh writes the figures of docs/accuracy.md: a quick run fills every table, and the page as
+# docs/charts/make.py writes the figures of docs/accuracy.md: a quick run fills every table, and the page as
 # it stands has every table and picture it names.
 . "$(dirname "$0")/check.sh"
 
@@ -17,8 +17,7 @@ for picture in $(sed -n 's/.*!\[[^]]*\](\([^)]*\)).*/\1/p' "$file"); do
     [ -s "$source/docs/$picture" ] || fail "$page: no $picture"
 done
 
-command -v gnuplot >/dev/null || { echo "gnuplot is not installed: no quick run"; finish; }
-status 0 sh "$source/docs/charts/make.sh" "$bin/.." --quick "$work/docs"
+status 0 "$source/docs/charts/make.py" "$bin/.." --quick "$work/docs"
 says "$work/docs/which-method.md" "| fastest for my arm? | [hero](pictures/hero.svg) | \`auto\`: "
 grep '^not measured' "$work/err" | grep -vE ': (reference|laws)$' && fail "tables that are not written"
 # figures apart, the page is the same
@@ -33,10 +32,9 @@ says "$work/docs/work/blocks/times" "(tfa-cr) |"
 says "$work/docs/$page" "| mass ratio of neighbours | from "
 says "$work/docs/$page" "Of 2160 default requests "
 [ -s "$work/docs/pictures/atlas.png" ] || fail "no atlas.png"
-for picture in lambda:pv-osimr cores:batch single:mixed drift:integrator ellipsoid:reaching; do
+for picture in hero:one.call lambda:pv-osimr cores:batch single:mixed drift:integrator singular:wrist \
+    ellipsoid:reaching bodies:hessenberg; do
     grep -q "${picture#*:}" "$work/docs/pictures/${picture%:*}.svg" || fail "no ${picture%:*}.svg with its text"
 done
-grep -q 'one call' "$work/docs/pictures/hero.svg" || fail "no hero.svg with its labels"
-grep -q 'hessenberg' "$work/docs/pictures/bodies.svg" || fail "no bodies.svg with its key"
-status 3 sh "$source/docs/charts/make.sh"
+status 3 "$source/docs/charts/make.py"
 finish

@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: Apache-2.0
+# SPDX-FileCopyrightText: The totalforce authors
+"""Pictures of times: the README's, Lambda^-1, a second core, single precision."""
+from statistics import geometric_mean, median_low
+
+import numpy as np
+from matplotlib.ticker import EngFormatter, LogLocator, NullFormatter
+
+from frame import OTHER, OWN, picture, round_ticks, ticks
+from rows import digits, pairs, some, unique
+from totalforce_tools.chart_pictures import is_exact
+
+ROBOTS = {"arm7": "7-joint arm", "quadruped": "12-joint quadruped",
+          "humanoid": "47-joint humanoid"}
+ORANGE = "orange: more than ten times the floor of the data"
+# by method, strategy, precision, threads and refinement
+STRATEGIES = {
+    ("auto", "specialised-batch", "f64", 2, 0): "specialised batch, 2 threads",
+    ("auto", "batch", "f64", 2, 0): "batch, 2 threads",
+    ("auto", "specialised-batch", "f64", 1, 0): "specialised batch",
+    ("auto", "batch", "f64", 1, 0): "batch",
+    ("auto", "specialised", "f64", 1, 0): "specialised kernel",
+    ("auto", "single", "f64", 1, 0): "one call",
+    ("auto", "specialised-batch", "f32", 1, 0): "specialised batch, float",
+    ("auto", "batch", "f32", 1, 0): "batch, float",
+    ("mujoco", "single", "f64", 1, 0): "MuJoCo",
+    ("kdl", "single", "f64", 1, 0): "Orocos KDL",
+}
+PRECISIONS = {
+    ("aba", "batch", "f64", 1, 0): "double, batch",
+    ("aba", "single", "f64", 1, 0): "double, call",
+    ("aba", "batch", "f32", 1, 0): "float, batch",
+    ("aba", "single", "f32", 1, 0): "float, call",
+    ("aba", "single", "f32+f64", 1, 1): "mixed, call",
+}
+
+
+def key_of(row):
+    return row.method, row.strategy, row.precision, row.threads, row.refine
+
+
+def collect(rows, name_of):
+    """Answers by robot or chain, and by name"""
+    panels = {}
+    for row in some(rows, status="ok"):
+        if name_of(row):
+            where = ROBOTS.get(row.mechanism, f"chain of {row.bodies}")
+            panels.setdefault(where, {})[name_of(row)] = row
+    return panels
+
+
+def dots(chart, panels, names, headline, note, height):
+    """A line for each name, in each panel a dot at its time with its error beside it"""
+    figure, axes = picture(chart, headline, note, len(panels), height, sharey=True)
+    names = [name for name in names if any(name in panel for panel in panels.values())]
+    for axis, (title, panel) in zip(axes, panels.items()):
+        for name, row in panel.items():
+            colour, at = OWN if is_exact(row) else OTHER, (1e-6 * row.time_us, names.index(name))
+            axis.plot(*at, "o", color=colour, ms=5)
+            axis.annotate(f"{row.error:.0e}", at, (6, 0), va="center", size=7, color=colour,
+                          textcoords="offset points")
+        axis.set_xscale("log")
+        low, high = axis.get_xlim()
+        axis.set_xlim(low, high * (high / low)**0.25)  # room for the last error
+        axis.xaxis.set_major_locator(LogLocator(subs=(1, 3) if high / low < 40 else (1,)))
+        axis.xaxis.set_major_formatter(EngFormatter("s"))
+        axis.xaxis.set_minor_formatter(NullFormatter())
+        axis.set_title(title, loc="center")
+        axis.set(yticks=range(len(names)), yticklabels=names, ylim=(len(names) - 0.4, -0.6))
+    return figure
+
+
+def hero(chart):
+    """Time of an answer by strategy"""
+    panels = collect(chart, lambda row: STRATEGIES.get(key_of(row)))
+    own = [row for panel in panels.values() for row in panel.values()
+           if row.method == "auto" and row.precision == "f64"]
+    exact = sum(map(is_exact, own))
+    told = "every strategy is" if exact == len(own) else f"{exact} of {len(own)} answers are"
+    arm = [1e3 * row.time_us for row in own if row.mechanism == "arm7"]
+    return dots(
+        chart, panels, STRATEGIES.values(), f"In double precision {told} exact to rounding: choose "
+        f"by time, on the arm {min(arm):.0f} to {max(arm):.0f} ns", "Forward dynamics: time of one "
+        f"answer, beside it its relative error against quadruple precision; {ORANGE}", 4.1)
+
+
+def lambda_inv(chart):
+    """Time of the Lambda^-1 of one link by method"""
+    def name_of(row):
+        if row.strategy == "specialised":
+            return "specialised kernel"
+        return row.method.replace("mujoco", "MuJoCo") if row.strategy == "single" \
+            and row.method != "auto" else ""
+
+    panels = collect(some(chart, op="operational_inertia", threads=1), name_of)
+    slower = {}  # than the fastest of the panel
+    for panel in panels.values():
+        best = min(row.time_us for row in panel.values())
+        for name, row in panel.items():
+            slower.setdefault(name, []).append(row.time_us / best)
+    names = sorted(slower, key=lambda name: geometric_mean(slower[name]))
+    exact = all(is_exact(panel[n]) for panel in panels.values() for n in names[:3] if n in panel)
+    return dots(
+        chart, panels, names, f"Λ⁻¹ of a tool: {names[0]}, {names[1]} and {names[2]} lead"
+        + ", exact to rounding" * exact,
+        f"Time of one call, one thread, beside it its relative error; {ORANGE}", 4.8)
+
+
+def single(chart):
+    """aba in double, single and mixed precision"""
+    batches = pairs(some(chart, strategy="batch", refine=0), "precision", "f32", "f64")
+    saved = 1 - median_low(f32.time_us / f64.time_us for f32, f64 in batches)
+    lost = median_low(digits(f32.error / f64.error) for f32, f64 in batches)
+    return dots(
+        chart, collect(chart, lambda row: PRECISIONS.get(key_of(row))), PRECISIONS.values(),
+        f"Single precision saves {saved:.0%} of a batch's time and costs {lost} digits",
+        "Forward dynamics by aba: time of one answer, beside it its relative error; mixed: float, "
+        f"refined once in double; {ORANGE}", 2.8)
+
+
+def cores(chart):
+    """Speed-up by a second thread, and time of an answer over the number of bodies"""
+    runs = {strategy: pairs(some(chart, strategy=strategy), "threads", 1, 2)
+            for strategy in ("batch", "single")}
+    batch, best = (pick(one.time_us / two.time_us for one, two in both)
+                   for pick, both in zip((median_low, max), runs.values()))
+    figure, axes = picture(
+        chart, f"A second core makes batches {batch:.1f} times as fast, single answers "
+        + ("no faster" if best < 1.1 else f"of long chains up to {best:.1f} times"),
+        "Forward dynamics of chains by the default method; a batch: 512 states, 64 above 128 "
+        "bodies; request after request", 2)
+    left, right = axes
+    left.axhline(1, color="#999999", ls="--", lw=1)
+    for both, mark, colour, word in zip(runs.values(), "os", (OWN, OTHER), ("batch", "one state")):
+        n, one, two = np.array([(a.bodies, a.time_us, b.time_us) for a, b in both]).T
+        left.plot(n, one / two, mark + "-", color=colour, ms=4, label=word)
+        right.plot(n, 1e3 * one / n, mark + "-", color=colour, ms=4, label=f"{word}, 1 thread")
+        right.plot(n, 1e3 * two / n, mark + "--", color=colour, ms=4, label=f"{word}, 2 threads")
+    left.set(title="times as fast with a second thread", ylim=(0, None))
+    right.set(title="ns of an answer for each body", yscale="log")
+    round_ticks(right.yaxis, *right.get_ylim())
+    sizes = unique(row.bodies for row in chart)
+    for axis in axes:
+        axis.set(xscale="log", xlabel="bodies of the chain")
+        ticks(axis.xaxis, sizes[::(len(sizes) + 3) // 4])
+        axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2)
+    return figure

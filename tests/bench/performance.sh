@@ -61,7 +61,8 @@ build_tree() {
     say "building"
     [ -e "$build/build.ninja" ] ||
         cmake -S "$source" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DTFA_PEERS=ON -DTFA_COUNT=ON >/dev/null
-    cmake --build "$build" --target totalforce totalforce_tool bench_suite bench_count >/dev/null
+    cmake --build "$build" --target totalforce totalforce_tool totalforce_python_tools bench_suite \
+        bench_count >/dev/null
 }
 
 suite() { # ISA, then arguments of bench_suite
@@ -109,12 +110,9 @@ step_isa() {
 }
 
 step_draw() {
-    command -v gnuplot >/dev/null || { say "no gnuplot: no pictures" && return 0; }
     say "drawing"
-    for name in robots chains batches; do
-        gnuplot -e "folder='$output'" "$source/tests/bench/suite/$name.gp"
-        cp "$output/$name.svg" "$docs/pictures/"
-    done
+    PYTHONPATH=$build/python:$source/docs/charts /usr/bin/python3 -B \
+        "$source/tests/bench/suite/pictures.py" "$output/suite.csv" "$docs/pictures"
 }
 
 # Each block between <!-- table NAME --> and <!-- end --> is made anew.

@@ -119,6 +119,9 @@ def main(arguments):
         return 3
     build, docs = pathlib.Path(arguments[0]).resolve(), SOURCE / "docs"
     work, options = build / "charts", FULL
+    if not (build / "bin/totalforce-chart").exists():
+        print(f"make.py: no {build}/bin/totalforce-chart: build it first", file=sys.stderr)
+        return 2
     if quick:
         docs, options = pathlib.Path(arguments[2]).resolve(), QUICK
         work = docs / "work"

@@ -12,31 +12,7 @@ from totalforce_tools.chart_pictures import is_exact
 
 ROBOTS = {"arm7": "7-joint arm", "quadruped": "12-joint quadruped",
           "humanoid": "47-joint humanoid"}
-ORANGE = "orange: more than ten times the floor of the data"
-# by method, strategy, precision, threads and refinement
-STRATEGIES = {
-    ("auto", "specialised-batch", "f64", 2, 0): "specialised batch, 2 threads",
-    ("auto", "batch", "f64", 2, 0): "batch, 2 threads",
-    ("auto", "specialised-batch", "f64", 1, 0): "specialised batch",
-    ("auto", "batch", "f64", 1, 0): "batch",
-    ("auto", "specialised", "f64", 1, 0): "specialised kernel",
-    ("auto", "single", "f64", 1, 0): "one call",
-    ("auto", "specialised-batch", "f32", 1, 0): "specialised batch, float",
-    ("auto", "batch", "f32", 1, 0): "batch, float",
-    ("mujoco", "single", "f64", 1, 0): "MuJoCo",
-    ("kdl", "single", "f64", 1, 0): "Orocos KDL",
-}
-PRECISIONS = {
-    ("aba", "batch", "f64", 1, 0): "double, batch",
-    ("aba", "single", "f64", 1, 0): "double, call",
-    ("aba", "batch", "f32", 1, 0): "float, batch",
-    ("aba", "single", "f32", 1, 0): "float, call",
-    ("aba", "single", "f32+f64", 1, 1): "mixed, call",
-}
-
-
-def key_of(row):
-    return row.method, row.strategy, row.precision, row.threads, row.refine
+PEERS = {"mujoco": "MuJoCo", "kdl": "Orocos KDL"}
 
 
 def collect(rows, name_of):
@@ -49,10 +25,23 @@ def collect(rows, name_of):
     return panels
 
 
-def dots(chart, panels, names, headline, note, height):
+def by_speed(panels):
+    """Names, by the mean of their times over the fastest of each panel"""
+    slower = {}
+    for panel in panels.values():
+        best = min(row.time_us for row in panel.values())
+        for name, row in panel.items():
+            slower.setdefault(name, []).append(row.time_us / best)
+    return sorted(slower, key=lambda name: geometric_mean(slower[name]))
+
+
+def dots(chart, panels, headline, note):
     """A line for each name, in each panel a dot at its time with its error beside it"""
-    figure, axes = picture(chart, headline, note, len(panels), height, sharey=True)
-    names = [name for name in names if any(name in panel for panel in panels.values())]
+    names = by_speed(panels)
+    figure, axes = picture(
+        chart, headline, f"{note}: time, beside it the relative error against quadruple precision; "
+        "orange: more than ten times the floor of the data", len(panels), 1.6 + 0.23 * len(names),
+        sharey=True)
     for axis, (title, panel) in zip(axes, panels.items()):
         for name, row in panel.items():
             colour, at = OWN if is_exact(row) else OTHER, (1e-6 * row.time_us, names.index(name))
@@ -70,18 +59,26 @@ def dots(chart, panels, names, headline, note, height):
     return figure
 
 
+def strategy_of(row):
+    """Batches in all ways, calls in double by one thread"""
+    if "batch" not in row.strategy and (row.threads > 1 or row.precision != "f64"):
+        return ""
+    words = {"single": "one call", "specialised": "specialised kernel"}
+    name = words.get(row.strategy, row.strategy.replace("-", " "))
+    return PEERS.get(row.method, name) + ", float" * (row.precision == "f32") + (
+        f", {row.threads} threads" if row.threads > 1 else "")
+
+
 def hero(chart):
     """Time of an answer by strategy"""
-    panels = collect(chart, lambda row: STRATEGIES.get(key_of(row)))
+    panels = collect(chart, strategy_of)
     own = [row for panel in panels.values() for row in panel.values()
            if row.method == "auto" and row.precision == "f64"]
     exact = sum(map(is_exact, own))
     told = "every strategy is" if exact == len(own) else f"{exact} of {len(own)} answers are"
     arm = [1e3 * row.time_us for row in own if row.mechanism == "arm7"]
-    return dots(
-        chart, panels, STRATEGIES.values(), f"In double precision {told} exact to rounding: choose "
-        f"by time, on the arm {min(arm):.0f} to {max(arm):.0f} ns", "Forward dynamics: time of one "
-        f"answer, beside it its relative error against quadruple precision; {ORANGE}", 4.1)
+    return dots(chart, panels, f"In double precision {told} exact to rounding: choose by time, on "
+                f"the arm {min(arm):.0f} to {max(arm):.0f} ns", "Forward dynamics")
 
 
 def lambda_inv(chart):
@@ -89,33 +86,30 @@ def lambda_inv(chart):
     def name_of(row):
         if row.strategy == "specialised":
             return "specialised kernel"
-        return row.method.replace("mujoco", "MuJoCo") if row.strategy == "single" \
-            and row.method != "auto" else ""
+        return PEERS.get(row.method, row.method) if row.strategy == "single" else ""
 
-    panels = collect(some(chart, op="operational_inertia", threads=1), name_of)
-    slower = {}  # than the fastest of the panel
-    for panel in panels.values():
-        best = min(row.time_us for row in panel.values())
-        for name, row in panel.items():
-            slower.setdefault(name, []).append(row.time_us / best)
-    names = sorted(slower, key=lambda name: geometric_mean(slower[name]))
-    exact = all(is_exact(panel[n]) for panel in panels.values() for n in names[:3] if n in panel)
-    return dots(
-        chart, panels, names, f"Λ⁻¹ of a tool: {names[0]}, {names[1]} and {names[2]} lead"
-        + ", exact to rounding" * exact,
-        f"Time of one call, one thread, beside it its relative error; {ORANGE}", 4.8)
+    panels = collect([r for r in some(chart, op="operational_inertia", threads=1)
+                      if r.strategy == "specialised" or r.method != "auto"], name_of)
+    first = by_speed(panels)[:3]
+    exact = all(is_exact(row) for panel in panels.values() for name, row in panel.items()
+                if name in first)
+    return dots(chart, panels, f"Λ⁻¹ of a tool: {first[0]}, {first[1]} and {first[2]} lead"
+                + ", exact to rounding" * exact, "One call, one thread")
 
 
 def single(chart):
     """aba in double, single and mixed precision"""
+    def name_of(row):
+        word = {"f64": "double", "f32": "float", "f32+f64": "mixed"}[row.precision]
+        return f"{word}, {row.strategy.replace('single', 'call')}"
+
     batches = pairs(some(chart, strategy="batch", refine=0), "precision", "f32", "f64")
     saved = 1 - median_low(f32.time_us / f64.time_us for f32, f64 in batches)
     lost = median_low(digits(f32.error / f64.error) for f32, f64 in batches)
-    return dots(
-        chart, collect(chart, lambda row: PRECISIONS.get(key_of(row))), PRECISIONS.values(),
-        f"Single precision saves {saved:.0%} of a batch's time and costs {lost} digits",
-        "Forward dynamics by aba: time of one answer, beside it its relative error; mixed: float, "
-        f"refined once in double; {ORANGE}", 2.8)
+    rows = [row for row in chart if row.refine == ("+" in row.precision)]
+    return dots(chart, collect(rows, name_of),
+                f"Single precision saves {saved:.0%} of a batch's time and costs {lost} digits",
+                "Forward dynamics by aba (mixed: float, refined once in double)")
 
 
 def cores(chart):

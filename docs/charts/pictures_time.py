@@ -45,7 +45,7 @@ def dots(chart, panels, headline, note):
     for axis, (title, panel) in zip(axes, panels.items()):
         for name, row in panel.items():
             colour, at = OWN if is_exact(row) else OTHER, (1e-6 * row.time_us, names.index(name))
-            axis.plot(*at, "o", color=colour, ms=5)
+            axis.plot(*at, "X" if row.method in PEERS else "o", color=colour, ms=5)
             axis.annotate(f"{row.error:.0e}", at, (6, 0), va="center", size=7, color=colour,
                           textcoords="offset points")
         axis.set_xscale("log")

@@ -25,14 +25,14 @@ def laws(text):
     for line in text.splitlines():
         if line.startswith("[ RUN"):
             column = 0 if "acceleration" in line else 2 if "lambda" in line else -1
-        found = re.match(r" *(.*?) +worst (.*), bound ", line)
+        found = re.match(r" *(.*?):? +worst (.*), bound ", line)
         if not found or re.search("f32|twice", found[1]):
             continue
         name, error = found.groups()
         if "f128" in name:
             rest["f128"] = max(rest["f128"], error, key=float)
-        elif name in ("rnea", "M"):
-            rest[name] = error
+        elif column < 0:
+            rest["M" if name == "crba" else name] = error
         else:
             plain = name.replace(", refined", "")
             methods.setdefault(plain, ["-"] * 4)[column + (plain != name)] = error

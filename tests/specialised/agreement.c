@@ -20,9 +20,9 @@
 #define STATES 200
 #define FREEDOMS 64 /* of a robot, at most */
 #define WRENCHES 3
-/* By aba, by crba, and by those that were chosen. Eliminating M loses more than articulated inertias
- * do where M is worse conditioned than its joints, and no product is fused with a sum here: answers
- * of arm7 by crba have up to 10.3 times the error, those of iiwa14, where it was chosen, 3.1 times
+/* By aba, by crba, and by what was chosen. Eliminating M loses more than articulated inertias
+ * do where M is worse conditioned than its joints, and no product is fused with a sum here. Answers
+ * of arm7 by crba have up to 10.3 times the error; those of iiwa14, where it was chosen, 3.1 times
  * (gcc 12, clang 14, AVX2, 2026-11-26). */
 #define AGREEMENT (by("aba") ? 2e-14 : 3e-14)
 #define LOSS (by("crba") ? 14.0 : by("aba") && t->precision == TFA_F64 ? 2.0 : 4.0)

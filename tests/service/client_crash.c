@@ -20,8 +20,10 @@
 #define KILLS 200
 #ifdef SANITIZED
 #define GROWTH_KIB 16384 /* its records of the atomics of a client's counters, too */
+#define MAPPINGS (KILLS / 2) /* its allocator maps, too: up to 58 on a busy machine */
 #else
 #define GROWTH_KIB 1024
+#define MAPPINGS (KILLS / 4)
 #endif
 #define TIMEOUT_NS WAIT_NS
 #define DAY_NS (UINT64_C(86400) * 1000000000)
@@ -101,8 +103,8 @@ TEST(clients_killed)
         assert_int_equal(ask_arm(mine, i, qdd, TIMEOUT_NS), TFA_OK);
     }
     harness_assert_descriptors(&h, descriptors);
-    /* a sanitizer's allocator maps, too: ThreadSanitizer's a dozen more */
-    assert_in_range(harness_mappings(&h), 1, mappings + KILLS / 4);
+    /* a client that is not unmapped leaves two */
+    assert_in_range(harness_mappings(&h), 1, mappings + MAPPINGS);
     /* one client's segments are 300 KiB: 200 lost ones would be 60 MB */
     assert_in_range(harness_resident_kib(&h), 1, resident + GROWTH_KIB);
     assert_int_equal(harness_named_segments(&h), 0);

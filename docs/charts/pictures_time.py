@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.ticker import EngFormatter, LogLocator, NullFormatter
 
 from frame import OTHER, OWN, picture, round_ticks, ticks
-from rows import digits, pairs, some, unique
+from rows import cost_of_float, pairs, some, unique
 from totalforce_tools.chart_pictures import is_exact
 
 ROBOTS = {"arm7": "7-joint arm", "quadruped": "12-joint quadruped",
@@ -103,12 +103,10 @@ def single(chart):
         word = {"f64": "double", "f32": "float", "f32+f64": "mixed"}[row.precision]
         return f"{word}, {row.strategy.replace('single', 'call')}"
 
-    batches = pairs(some(chart, strategy="batch", refine=0), "precision", "f32", "f64")
-    saved = 1 - median_low(f32.time_us / f64.time_us for f32, f64 in batches)
-    lost = median_low(digits(f32.error / f64.error) for f32, f64 in batches)
+    part, lost = cost_of_float(chart, "batch")
     rows = [row for row in chart if row.refine == ("+" in row.precision)]
     return dots(chart, collect(rows, name_of),
-                f"Single precision saves {saved:.0%} of a batch's time and costs {lost} digits",
+                f"Single precision saves {1 - part:.0%} of a batch's time and costs {lost} digits",
                 "Forward dynamics by aba (mixed: float, refined once in double)")
 
 

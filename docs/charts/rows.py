@@ -3,6 +3,7 @@
 """Rows of the CSV files that `totalforce chart`, `atlas` and `drift` and the benchmarks write."""
 import csv
 import math
+from statistics import median_low
 from types import SimpleNamespace
 
 KEYS = ("mechanism", "bodies", "rhs", "method", "refine", "precision", "threads", "strategy", "op")
@@ -55,6 +56,13 @@ def pairs(rows, field, first, second):
 
 def digits(ratio):
     return int(math.log10(ratio) + 0.5)
+
+
+def cost_of_float(chart, strategy):
+    """Time of an answer in float over that in double, and the digits lost: medians of the robots"""
+    both = pairs(some(chart, strategy=strategy, refine=0), "precision", "f32", "f64")
+    return (median_low(f32.time_us / f64.time_us for f32, f64 in both),
+            median_low(digits(f32.error / f64.error) for f32, f64 in both))
 
 
 def table(head, lines):

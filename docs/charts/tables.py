@@ -15,7 +15,7 @@ from math import exp, log
 from statistics import median, median_low
 
 import test_tables
-from rows import Rows, digits, pairs, some, table, unique
+from rows import Rows, cost_of_float, pairs, some, table, unique
 
 SIDES = ("qdd", "tau", "gravity")
 EXTREME = ("alternating", "light-heavy", "heavy-tip", "thin")  # masses and radii
@@ -73,18 +73,15 @@ class Tables:
         cores = {s: [(one.time_us / two.time_us, one.bodies) for one, two in pairs(
             some(self._charts["cores"], strategy=s), "threads", 1, 2)] for s in ("batch", "single")}
         best, longest = max(cores["single"])
-        floats = {s: pairs(some(self._charts["single"], strategy=s, refine=0),
-                           "precision", "f32", "f64") for s in ("batch", "single")}
-        times = {s: median_low(f32.time_us / f64.time_us for f32, f64 in both)
-                 for s, both in floats.items()}
+        part, lost = cost_of_float(self._charts["single"], "batch")
+        slower, _ = cost_of_float(self._charts["single"], "single")
         text = QUESTIONS.format(
             call=self._hero("auto", "single"), kernel=self._hero("auto", "specialised"),
             batch=self._hero("auto", "batch"), mujoco=self._hero("mujoco", "single"),
             aba=self._off("aba", "random"), one=self._one, tfa=self._off("tfa", "random"),
             faster=median_low(cores["batch"])[0],
             single="no faster" if best < 1.1 else f"up to {best:.1f} times ({longest} bodies)",
-            part=times["batch"], slower=times["single"],
-            lost=median_low(digits(f32.error / f64.error) for f32, f64 in floats["batch"]),
+            part=part, slower=slower, lost=lost,
             thin_tfa=self._off("tfa", "thin"), thin_aba=self._off("aba", "thin"))
         text = re.sub(r"\|((\w+)\.\w+)\|", r"|[\2](pictures/\1)|", text)
         return table("question|picture|answer", (line.split("|") for line in text.splitlines()))

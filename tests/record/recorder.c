@@ -42,15 +42,20 @@ void recorder_spawn(const harness *h, recorder *r, const char *words, unsigned l
     _exit(127);
 }
 
+static void read_text(recorder *r)
+{
+    FILE *in = fopen(r->out, "r");
+    assert_non_null(in);
+    r->text[fread(r->text, 1, sizeof r->text - 1, in)] = 0;
+    fclose(in);
+}
+
 int recorder_wait(recorder *r)
 {
     int status;
     assert_int_equal(waitpid(r->pid, &status, 0), r->pid);
     r->pid = 0;
-    FILE *in = fopen(r->out, "r");
-    assert_non_null(in);
-    r->text[fread(r->text, 1, sizeof r->text - 1, in)] = 0;
-    fclose(in);
+    read_text(r);
     return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
 }
 
@@ -64,20 +69,14 @@ void recorder_begin(const harness *h, recorder *r, const char *robot, const char
                     const char *more, unsigned long limit)
 {
     char words[512], text[128];
-    snprintf(text, sizeof text, "robot '%s': process %%d records", robot);
     snprintf(words, sizeof words, "record %s -o %s/%s --runtime-dir %s %s", robot, h->directory,
              file, h->runtime_dir, more);
     recorder_spawn(h, r, words, limit);
     snprintf(text, sizeof text, "robot '%s': process %d records", robot, (int)r->pid);
     if (harness_logged(h, text))
         return;
-    char said[1024] = "";
-    FILE *in = fopen(r->out, "r");
-    if (in) {
-        said[fread(said, 1, sizeof said - 1, in)] = '\0';
-        fclose(in);
-    }
-    fail_msg("'%s' is not logged; the recorder says: %s", text, said);
+    read_text(r);
+    fail_msg("'%s' is not logged; the recorder says: %s", text, r->text);
 }
 
 int recorder_end(recorder *r)

@@ -163,6 +163,21 @@ TEST(another_model_does_not_follow)
     assert_int_equal(later.nodes[1].e.self.role, TFA_ROLE_STANDBY);
 }
 
+/* A leader that was stopped in a reload: another leads when the new model comes. */
+TEST(a_model_does_not_renew_a_lease)
+{
+    const sim_variant v = {.nodes = 2, .priority = {2, 1}};
+    const uint8_t other[32] = {1};
+    sim_world w = sim_begin(&v);
+    sim_settle(&w);
+    assert_true(sim_apply_fault(&w, 0, FAULT_STOP));
+    sim_run(&w, 2 * SIM_LEASE);
+    assert_true(sim_answers(&w, 1));
+    assert_true(tfa_election_set_model(&w.nodes[0].e, other, w.now));
+    assert_false(tfa_election_may_answer(&w.nodes[0].e, w.now));
+    assert_int_equal(w.nodes[0].e.self.role, TFA_ROLE_LISTENING);
+}
+
 TEST(a_daemon_that_starts_is_silent_for_a_lease)
 {
     const tfa_advertisement self = {.daemon = {9}, .lease = 1000};

@@ -272,6 +272,8 @@ bool tfa_election_leave(tfa_election *e, const uint8_t daemon[16], int64_t now)
 
 bool tfa_election_set_model(tfa_election *e, const uint8_t model[32], int64_t now)
 {
+    if (has_lapsed(e, now))
+        listen(e, now);
     memcpy(e->self.model, model, sizeof e->self.model);
     if (e->self.role == TFA_ROLE_STANDBY || e->self.role == TFA_ROLE_UNLIKE)
         follow(e);

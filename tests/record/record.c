@@ -15,6 +15,7 @@
 #include "test.h"
 
 #include <fcntl.h>
+#include <limits.h>
 #include <pthread.h>
 #include <signal.h>
 #include <sys/prctl.h>
@@ -35,7 +36,8 @@ static char *file_of(const harness *h, const char *name, char path[160])
 
 typedef struct asker {
     const harness *h;
-    unsigned first, count;
+    unsigned first;
+    _Atomic unsigned count;
     bool dds;
     int failed;
     _Atomic unsigned answered;
@@ -355,12 +357,13 @@ TEST(a_reload_ends_it)
     asker a;
     SCOPED_HARNESS h = harness_serve(ARM, "");
     recorder_begin(&h, &r, "arm", "a.rec", "--seconds 100", 0);
-    a = (asker){.h = &h, .count = 40000};
+    a = (asker){.h = &h, .count = UINT_MAX};
     assert_int_equal(pthread_create(&a.thread, NULL, ask, &a), 0);
     assert_true(WAIT_FOR(atomic_load(&a.answered) >= 100));
     harness_reload(&h, ARM "    gravity: [0, 0, -1.62]\n", "");
     assert_int_equal(recorder_wait(&r), 1);
     assert_non_null(strstr(r.text, "a reload gave the robot another model"));
+    a.count = 0;
     pthread_join(a.thread, NULL);
     assert_int_equal(a.failed, 0);
     assert_int_equal(recorder_replay(&h, &r, "a.rec", ""), 0); /* no answer of the new model */

@@ -18,7 +18,7 @@
 #include "ipc/control_socket.h"
 #include "recording.h"
 
-#define ANSWER_MS 20000
+#define ANSWER_MS 60000 /* the daemon's control thread yields to everything that computes */
 
 /* ---- the order ---- */
 

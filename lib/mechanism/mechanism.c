@@ -60,7 +60,9 @@ mechanism_options mechanism_defaults(mechanism_kind kind, uint32_t bodies)
 {
     return (mechanism_options){.kind = kind,
                                .bodies = bodies,
-                               .radius = kind == MECHANISM_THIN ? 1e-4 : 0.1,
+                               .radius = kind == MECHANISM_THIN                             ? 1e-4
+                                         : kind == MECHANISM_COIL || kind == MECHANISM_DILL ? 0.01
+                                                                                            : 0.1,
                                .ratio = 1e6,
                                .taper = 0.01,
                                .curl = 1.0,
@@ -90,10 +92,13 @@ int mechanism_check(const mechanism_options *options, char *text, size_t size)
     return 0;
 }
 
-/* One moving body: a rod along z and the joint that carries it. */
+/* One moving body: a rod along z, or x, and the joint that carries it. */
 typedef struct body {
     uint32_t parent;     /* 0: the base; otherwise body number parent, counted from 1 */
-    double rpy[3];       /* of the joint frame in the parent link frame */
+    int along_x;
+    double length;       /* m */
+    double xyz[3];       /* of the joint frame in the parent link frame */
+    double rpy[3];       /* the same */
     double axis[3];      /* in the joint frame */
     double mass, radius; /* radius 0: an ideal rod */
     int point;           /* all mass in the middle of the link */
@@ -182,16 +187,18 @@ static uint32_t parent_of(const mechanism_options *options, uint32_t i)
 
 static void write_body(const body *b, uint32_t i, FILE *out)
 {
-    double across = b->point ? 0.0 : b->mass * (3.0 * b->radius * b->radius + 1.0) / 12.0;
+    const double l = b->length, middle[2] = {l / 2, 0};
+    double across = b->point ? 0.0 : b->mass * (3.0 * b->radius * b->radius + l * l) / 12.0;
     double along = b->point ? 0.0 : b->mass * b->radius * b->radius / 2.0;
     fprintf(out, "  <link name=\"link%" PRIu32 "\">\n", i);
     if (b->mass > 0.0)
         fprintf(out,
-                "    <inertial>\n      <origin xyz=\"0 0 0.5\" rpy=\"0 0 0\"/>\n"
+                "    <inertial>\n      <origin xyz=\"%.17g 0 %.17g\" rpy=\"0 0 0\"/>\n"
                 "      <mass value=\"%.17g\"/>\n"
                 "      <inertia ixx=\"%.17g\" ixy=\"0\" ixz=\"0\" iyy=\"%.17g\" iyz=\"0\" "
                 "izz=\"%.17g\"/>\n    </inertial>\n",
-                b->mass, across, across, along);
+                middle[!b->along_x], middle[b->along_x], b->mass, b->along_x ? along : across,
+                across, b->along_x ? across : along);
     fprintf(out, "  </link>\n  <joint name=\"joint%" PRIu32 "\" type=\"continuous\">\n", i);
     if (b->parent == 0)
         fputs("    <parent link=\"base\"/>\n", out);
@@ -199,14 +206,72 @@ static void write_body(const body *b, uint32_t i, FILE *out)
         fprintf(out, "    <parent link=\"link%" PRIu32 "\"/>\n", b->parent);
     fprintf(out,
             "    <child link=\"link%" PRIu32 "\"/>\n"
-            "    <origin xyz=\"0 0 %d\" rpy=\"%.17g %.17g %.17g\"/>\n"
+            "    <origin xyz=\"%.17g %.17g %.17g\" rpy=\"%.17g %.17g %.17g\"/>\n"
             "    <axis xyz=\"%.17g %.17g %.17g\"/>\n  </joint>\n",
-            i, b->parent > 0, b->rpy[0], b->rpy[1], b->rpy[2], b->axis[0], b->axis[1], b->axis[2]);
+            i, b->xyz[0], b->xyz[1], b->xyz[2], b->rpy[0], b->rpy[1], b->rpy[2], b->axis[0],
+            b->axis[1], b->axis[2]);
+}
+
+/* A rod along x whose joint frame is given by Denavit and Hartenberg's a, alpha and d */
+static body rod_along_x(uint32_t parent, double length, double a, double alpha, double d)
+{
+    return (body){.parent = parent,
+                  .along_x = 1,
+                  .length = length,
+                  .xyz = {a, -sin(alpha) * d, cos(alpha) * d},
+                  .rpy = {alpha, 0, 0},
+                  .axis = {0, 0, 1}};
+}
+
+static void write_coil(const mechanism_options *options, FILE *out)
+{
+    const double n = options->bodies;
+    for (uint32_t i = 1; i <= options->bodies; i++) {
+        body b = rod_along_x(i - 1, 1 / n, 1 / n, options->curl * 5 * M_PI / n, 0);
+        b.mass = 1 / n;
+        b.radius = options->radius;
+        write_body(&b, i, out);
+    }
+}
+
+/* A dill of a level, the k-th on a parent of this size; the first `options->bodies` bodies only */
+static void write_dill(const mechanism_options *options, FILE *out, uint32_t level, uint32_t parent,
+                       double size, uint32_t k, uint32_t *bodies)
+{
+    if (*bodies == options->bodies)
+        return;
+    const uint32_t own = ++*bodies;
+    const double s = level ? level : 1, d = level + 1.0 == size ? 0 : 0.01 * size;
+    body b = rod_along_x(parent, 0.1 * s, 0.1 * k, options->curl * k * M_PI / 3, parent ? d : 0);
+    b.mass = 0.1 * s * s * s;
+    b.radius = options->radius * s;
+    write_body(&b, own, out);
+    for (uint32_t child = 1; child <= level; child++)
+        write_dill(options, out, child - 1, own, level, child, bodies);
+}
+
+static void write_dills(const mechanism_options *options, FILE *out)
+{
+    uint32_t level = 0, bodies = 0;
+    while ((UINT32_C(1) << level) < options->bodies)
+        level++;
+    write_dill(options, out, level, 0, 0, 0, &bodies);
+}
+
+static void write_chain(const mechanism_options *options, FILE *out)
+{
+    uint64_t state = options->seed;
+    for (uint32_t i = 1; i <= options->bodies; i++) {
+        body b = {.parent = parent_of(options, i), .length = 1};
+        b.xyz[2] = b.parent > 0;
+        place_joint_frame(options, i, &state, &b);
+        set_mass(options, i, &b);
+        write_body(&b, i, out);
+    }
 }
 
 void mechanism_write(const mechanism_options *options, FILE *out)
 {
-    uint64_t state = options->seed;
     /* short options: a comment must not hold two hyphens in a row */
     fprintf(out, "<?xml version=\"1.0\"?>\n<!-- totalforce chain %s -n %" PRIu32,
             mechanism_name(options->kind), options->bodies);
@@ -214,12 +279,12 @@ void mechanism_write(const mechanism_options *options, FILE *out)
             options->ratio, options->taper, options->curl, options->seed);
     fprintf(out, "<robot name=\"%s-%" PRIu32 "\">\n  <link name=\"base\"/>\n",
             mechanism_name(options->kind), options->bodies);
-    for (uint32_t i = 1; i <= options->bodies; i++) {
-        body b = {.parent = parent_of(options, i)};
-        place_joint_frame(options, i, &state, &b);
-        set_mass(options, i, &b);
-        write_body(&b, i, out);
-    }
+    if (options->kind == MECHANISM_COIL)
+        write_coil(options, out);
+    else if (options->kind == MECHANISM_DILL)
+        write_dills(options, out);
+    else
+        write_chain(options, out);
     fputs("</robot>\n", out);
 }
 

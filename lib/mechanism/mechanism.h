@@ -25,7 +25,9 @@
     X(MASSLESS, "massless", "random; every second body, never the tip, is massless")               \
     X(RANK_DEFICIENT, "rank-deficient", "random; ideal rods and point masses among ordinary rods") \
     X(SIDE_BRANCHES, "side-branches", "random; half the bodies hang from a main chain in pairs")   \
-    X(PLANAR, "planar", "as random, without the twists: all axes parallel")
+    X(PLANAR, "planar", "as random, without the twists: all axes parallel")                        \
+    X(COIL, "coil", "Featherstone 1999: 1 m of short rods, 2.5 turns about its axis")              \
+    X(DILL, "dill", "Featherstone 1999: a fractal tree; a body of level L carries L dills below it")
 
 typedef enum mechanism_kind {
 #define MECHANISM_ENUM(name, text, what) MECHANISM_##name,
@@ -38,11 +40,19 @@ enum { MECHANISM_BODIES_MAX = 16384 };
 
 /** Options of a mechanism: start with mechanism_defaults(). All links are 1 m long along
  * their z, all joints revolute; an ordinary body is a uniform rod of 1 kg. A mechanism is what its
- * name says at q = 0: bends and twists stand in the joint frames. */
+ * name says at q = 0: bends and twists stand in the joint frames.
+ *
+ * coil and dill are those of the accuracy study of the divide-and-conquer algorithm (Featherstone
+ * 1999, part 2, as Bullet's btInverseDynamics has them), with frames of Denavit and Hartenberg and
+ * rods along x. coil: N rods of 1/N kg, 1/N m and the radius; a = 1/N m, alpha = 5 pi / N. dill: a
+ * body of level L and size s = max(L, 1) is a rod of 0.1 s^3 kg, 0.1 s m, s times the radius; it
+ * carries dills of levels 0 .. L - 1, the i-th at a = 0.1 i m, alpha = i pi / 3 and d = 0.01 s m,
+ * the last at d = 0. 2^L bodies; of other numbers the first, depth first.
+ */
 typedef struct mechanism_options {
     mechanism_kind kind;
     uint32_t bodies; /**< moving bodies, 1..MECHANISM_BODIES_MAX; the fixed base is one link more */
-    double radius;   /**< m: 0.1; thin 1e-4 */
+    double radius;   /**< m: 0.1; thin 1e-4; coil, dill 0.01 */
     double ratio;    /**< heavy over light mass: 1e6 where the kind uses it */
     double taper;    /**< mass of the tip over mass of the root: 0.01 where the kind uses it */
     double curl;     /**< scale of the bends that stand in the joint frames: at q = 0 the chain is

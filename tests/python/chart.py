@@ -57,9 +57,9 @@ class Rows(unittest.TestCase):
         self.assertFalse(row["same_as"] and int(row["front"]), "one answer is twice on the front")
 
     def test_every_mechanism(self):
-        rows = charted(f"--bodies 2,5 --budget-ms 1 --states 2 --seeds 2 --methods {','.join(OWN)}")
+        rows = charted(f"--bodies 2,7 --budget-ms 1 --states 2 --seeds 2 --methods {','.join(OWN)}")
         self.assertEqual(list(rows[0]), list(chart_rows.COLUMNS))
-        self.assertEqual(len(rows), 13 * 2 * 3 * len(OWN) * 2)
+        self.assertEqual(len(rows), 15 * 2 * 3 * len(OWN) * 2)
         for row in rows:
             if row["status"] in ANSWERS:
                 self.check_answer(row)
@@ -69,7 +69,7 @@ class Rows(unittest.TestCase):
                 wanted = "body link" if row["status"] == "E_SINGULAR" else ""
                 self.assertTrue(row["about"] and row["about"].startswith(wanted), row)
         fronts = {(r["mechanism"], r["bodies"], r["rhs"]) for r in rows if r["front"] == "1"}
-        self.assertEqual(len(fronts), 78)
+        self.assertEqual(len(fronts), 90)
         self.assertGreater(sum(r["error_low"] < r["error_high"] for r in rows), len(rows) / 2)
         self.assertIn("E_SINGULAR", {r["status"] for r in rows if r["mechanism"] == "rank-deficient"
                                      and r["method"] == "tfa"})

@@ -79,7 +79,7 @@ void hard_robot_urdf(const char *text, tfa_base base, hard_robot *robot)
 static mechanism_options random_mechanism(random_source *s, uint32_t bodies)
 {
     mechanism_options o =
-        mechanism_defaults((mechanism_kind)random_below(s, MECHANISM_COUNT), bodies);
+        mechanism_defaults((mechanism_kind)random_below(s, MECHANISM_COIL), bodies);
     o.radius = log_uniform(s, 1e-6, 1);
     o.ratio = log_uniform(s, 1, 1e12);
     o.taper = log_uniform(s, 1e-9, 1);

@@ -71,6 +71,12 @@ for policy in --mimic=free --mimic=project --mimic=lock --inertia=strict --inert
 done
 status 3 "$tool" solve "$data/arm.urdf" --mimic perhaps
 says "$work/err" "--mimic: no 'perhaps'; there are free, project, lock"
+"$tool" chain dill --bodies 64 >"$work/dill.urdf"
+status 0 "$tool" model "$work/dill.urdf"
+says "$work/out" "plan: side branch of 5 bodies from '"
+says "$work/out" "more than log2 of its chain's 7: "
+status 0 "$tool" model "$data/arm.urdf"
+grep -q "side branch" "$work/out" && fail "an arm has no side branch"
 status 3 "$tool" model "$data/arm.urdf" --inertia none
 says "$work/err" "there are strict, warn, repair, strict-physical"
 status 3 "$tool" model "$data/arm.urdf" --lock elbow

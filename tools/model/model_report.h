@@ -8,6 +8,7 @@
 
 #include "common/scene_options.h"
 
+#include <stdbool.h>
 #include <totalforce/text.h>
 
 /** How often the report has messages of one code and severity. */
@@ -43,6 +44,16 @@ void model_report_free(model_report *report);
 int model_report_print_text(const model_report *report);
 int model_report_print_json(const model_report *report);
 int model_report_print_tree(const model_report *report);
+
+/** A side branch, and the main chain of its tree, in bodies */
+typedef struct long_branch {
+    uint32_t body; /**< the first */
+    uint32_t bodies, chain;
+} long_branch;
+
+/** The longest side branch. @return whether it is longer than log2 of its chain, so that methods of
+ *  O(log N) on the chain wait for it */
+bool model_find_long_branch(const tfa_model *model, long_branch *found);
 
 /** The message says that something of the file has no effect. */
 int model_code_is_ignored(const char *code);

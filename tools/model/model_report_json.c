@@ -142,8 +142,11 @@ static json_t *fates(const tfa_model_summary *s)
 
 static json_t *plan(const tfa_model *model, const tfa_model_summary *s)
 {
-    return json_pack("{si si so}", "main_chain", (int)s->main_chain, "depth", (int)s->depth,
-                     "singular_body", body_name(model, s->singular_body));
+    long_branch branch;
+    const bool is_long = model_find_long_branch(model, &branch);
+    return json_pack("{si si so so}", "main_chain", (int)s->main_chain, "depth", (int)s->depth,
+                     "singular_body", body_name(model, s->singular_body), "long_branch",
+                     body_name(model, is_long ? (int32_t)branch.body : -1));
 }
 
 static json_t *policies(const tfa_model_options *o)

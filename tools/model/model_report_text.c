@@ -53,6 +53,12 @@ static void print_plan(const model_report *r, const tfa_model_summary *s)
 {
     printf("  plan: main chain %" PRIu32 " of %" PRIu32 " bodies, depth %" PRIu32 "\n",
            s->main_chain, s->bodies, s->depth);
+    long_branch branch;
+    if (model_find_long_branch(r->model, &branch))
+        printf("  plan: side branch of %" PRIu32
+               " bodies from '%s' on, more than log2 of its chain's "
+               "%" PRIu32 ": parallel methods take as long as it\n",
+               branch.bodies, tfa_model_body_name(r->model, branch.body), branch.chain);
     if (s->singular_body >= 0)
         printf("  plan: tfa is refused, body '%s' has an inertia without inverse; auto avoids it\n",
                tfa_model_body_name(r->model, (uint32_t)s->singular_body));

@@ -85,6 +85,7 @@ const struct tfa_kernel TFA_V(kernel) = {
     .factor_buffers = TFA_V(factor_buffers),
     .answer_tips = TFA_V(answer_tips),
     .answer_motion = TFA_V(answer_motion),
+    .answer_joint_forces = TFA_V(answer_joint_forces),
     .estimate = TFA_V(estimate_forward),
     .set_executor = set_executor,
     .round_sincos = round_sincos,

@@ -21,20 +21,32 @@ int tfa_compute_states(tfa_workspace *workspace, const tfa_request *request, uin
                             : status;
 }
 
+/* An answer whose numbers are not finite is none, if the state has one. */
+static void fail_answer(tfa_workspace *w, const struct call *c, uint32_t k, tfa_reply *reply)
+{
+    if (reply->answers && reply->answers[k].status == TFA_OK)
+        reply->answers[k].status = TFA_E_NOT_COMPUTED;
+    tfa_fail_state(w, c, k, TFA_E_NOT_COMPUTED, (struct failed_field){TFA_FIELD_NONE, 0}, reply);
+}
+
 /* Answers of kinematics that the strategy of states k .. k + count - 1 left out */
 static void answer_motion(tfa_workspace *w, const struct call *c, uint32_t traits, uint32_t k,
                           uint32_t count, tfa_reply *reply)
 {
     const uint32_t flags = (traits & TRAIT_TIP_MOTION ? FLAGS_TIP_MOTION : 0) |
                            (traits & TRAIT_BODY_MOTION ? FLAGS_BODY_MOTION : 0);
-    for (uint32_t end = k + count; k < end; k++) {
-        if (w->kernel->answer_motion(w->state, c->request, c->by, flags, k, reply))
-            continue;
-        if (reply->answers)
-            reply->answers[k].status = TFA_E_NOT_COMPUTED;
-        tfa_fail_state(w, c, k, TFA_E_NOT_COMPUTED, (struct failed_field){TFA_FIELD_NONE, 0},
-                       reply);
-    }
+    for (uint32_t end = k + count; k < end; k++)
+        if (!w->kernel->answer_motion(w->state, c->request, c->by, flags, k, reply))
+            fail_answer(w, c, k, reply);
+}
+
+/* Of states k .. k + count - 1, which have accelerations */
+static void answer_joint_forces(tfa_workspace *w, const struct call *c, uint32_t k, uint32_t count,
+                                tfa_reply *reply)
+{
+    for (uint32_t end = k + count; reply->joint_forces && k < end; k++)
+        if (!w->kernel->answer_joint_forces(w->state, c->request, c->by, k, reply))
+            fail_answer(w, c, k, reply);
 }
 
 void tfa_compute_by(tfa_workspace *w, const struct call *c, uint32_t row, uint32_t k, uint32_t end,
@@ -46,6 +58,8 @@ void tfa_compute_by(tfa_workspace *w, const struct call *c, uint32_t row, uint32
             s++; /* the last row answers everything */
         if (c->traits & TRAITS_MOTION & ~c->strategy[s]->motion)
             answer_motion(w, c, ~c->strategy[s]->motion, k, done, reply);
+        if (c->traits & TRAIT_JOINT_FORCES)
+            answer_joint_forces(w, c, k, done, reply);
         k += done;
     }
 }

@@ -61,6 +61,8 @@ void tfa_void_failed_state(const tfa_workspace *w, const struct call *c, uint32_
     if (status == TFA_E_RANK)
         return;
     void_rank(c, k, reply);
+    if (c->traits & TRAIT_JOINT_FORCES)
+        fill(reply->joint_forces, 6 * (size_t)w->model->frames, k);
     if (c->traits & TRAIT_DERIVATIVES)
         void_derivatives(w->model, k, reply);
     if (c->traits & (TRAIT_FD | TRAIT_TASK) || (c->traits & TRAIT_OSIM && status == TFA_E_SINGULAR))

@@ -69,12 +69,14 @@ enum tfa_needs {
     NEEDS_TIPS = 1,
     NEEDS_LAMBDA_INV = 2, /**< by flag: tips, and an op that answers lambda_inv */
     NEEDS_QDD = 4,        /**< accelerations; 0 without, which only wire and DDS send */
+    NEEDS_MOTION = 8,     /**< by flag: an op of TFA_OPS_MOTION */
 };
 
 /* Sets of ops: one, those that answer torques, that solve for accelerations, that read wrenches */
 #define TFA_OPS_BIAS TFA_OP_BIT(TFA_OP_BIAS)
 #define TFA_OPS_TORQUES (TFA_OPS_ID | TFA_OPS_TASK)
 #define TFA_OPS_FORWARD (TFA_OPS_FD | TFA_OPS_TASK | TFA_OPS_DERIVATIVES)
+#define TFA_OPS_MOTION (TFA_OPS_FD | TFA_OPS_ID) /* accelerations and forces of all joints */
 #define TFA_OPS_FORCES (TFA_OPS_FORWARD | TFA_OPS_ID | TFA_OPS_BIAS)
 /* Sets of answers by flag: with a rank; all with ops that answer lambda_inv only; motion of tips */
 #define TFA_WANT_RANK (TFA_WANT_LAMBDA | TFA_WANT_MU | TFA_WANT_P)
@@ -117,7 +119,8 @@ enum tfa_needs {
     X(ARMATURE_FORCE, armature_force, NONE, FREEDOMS, TFA_OPS_BIAS, 0, QDD)                        \
     X(DQDD_DQ, dqdd_dq, FREEDOMS, FREEDOMS, TFA_OPS_DERIVATIVES, 0, NOTHING)                       \
     X(DQDD_DV, dqdd_dv, FREEDOMS, FREEDOMS, TFA_OPS_DERIVATIVES, 0, NOTHING)                       \
-    X(DQDD_DTAU, dqdd_dtau, FREEDOMS, FREEDOMS, TFA_OPS_DERIVATIVES, 0, NOTHING)
+    X(DQDD_DTAU, dqdd_dtau, FREEDOMS, FREEDOMS, TFA_OPS_DERIVATIVES, 0, NOTHING)                   \
+    X(JOINT_FORCES, joint_forces, LINKS, 6, 0, TFA_WANT_JOINT_FORCES, MOTION)
 
 /** How JSON prints an output */
 enum tfa_layout {
@@ -150,6 +153,8 @@ enum tfa_layout {
     X(EXTERNAL_FORCE, external_force, "external", FREEDOMS, "- sum of J^T wrench, N m or N")       \
     X(ARMATURE_FORCE, armature_force, "armature", FREEDOMS,                                        \
       "armature times qdd, part of M qdd; with qdd or base_acceleration")                          \
+    X(JOINT_FORCES, joint_forces, "joint_forces", BY_LINK,                                         \
+      "wrench that each link's joint exerts on it, N and N m, in `frame`")                         \
     X(LAMBDA_INV, lambda_inv, "lambda_inv", MATRIX, "J M^-1 J^T of the tips in `frame`")           \
     X(LAMBDA, lambda_matrix, "lambda", MATRIX, "inverse of lambda_inv, by rank_loss")              \
     X(MU, mu, "mu", VECTOR, "operational-space velocity, damping and wrench forces, N and N m")    \
@@ -224,7 +229,8 @@ enum tfa_layout {
     X("lambda", LAMBDA)                                                                            \
     X("mu", MU)                                                                                    \
     X("p", P)                                                                                      \
-    X("spectrum", SPECTRUM)
+    X("spectrum", SPECTRUM)                                                                        \
+    X("joint_forces", JOINT_FORCES)
 
 /** An output of TFA_OUTPUT_LIST */
 typedef struct tfa_output {

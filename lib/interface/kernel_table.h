@@ -78,6 +78,11 @@ struct tfa_kernel {
     int (*answer_motion)(struct state *s, const tfa_request *request, struct tfa_resolved by,
                          uint32_t flags, uint32_t k, tfa_reply *reply);
 
+    /* Forces across all joints for state k of a checked request, from the accelerations in the
+     * reply or, of inverse dynamics, in the request. Returns whether all of it is finite. */
+    int (*answer_joint_forces)(struct state *s, const tfa_request *request, struct tfa_resolved by,
+                               uint32_t k, tfa_reply *reply);
+
     /* Estimates the error of the accelerations of state k, which stand in the reply, by the factors
      * of aba. Returns 0 where the estimate is above `limit` or not finite. */
     int (*estimate)(struct state *s, const tfa_request *request, uint32_t k, const tfa_reply *reply,

@@ -33,6 +33,7 @@ enum {
     TRAIT_ESTIMATE = 1u << 21,         /* an error estimate of every answer */
     TRAIT_DEFAULT_ESTIMATE = 1u << 22, /* one where the method or the sentinel asks for it */
     TRAIT_POSES = 1u << 23,            /* of the tips */
+    TRAIT_JOINT_FORCES = 1u << 24,     /* across all joints */
 };
 
 /* Ops that solve for accelerations with tau: forward dynamics and those made of it */
@@ -70,6 +71,7 @@ static inline uint32_t traits_of(const tfa_request *r)
         t |= r->flags & FLAGS_BODY_MOTION ? TRAIT_BODY_MOTION : 0;
         t |= r->flags & TFA_WANT_SPECTRUM ? TRAIT_SPECTRUM : 0;
         t |= r->flags & FLAGS_LAMBDA ? TRAIT_LAMBDA : 0;
+        t |= r->flags & TFA_WANT_JOINT_FORCES ? TRAIT_JOINT_FORCES : 0;
     }
     t |= r->rows ? TRAIT_POINT : 0;
     t |= r->wrench_count ? TRAIT_WRENCH : 0;

@@ -42,4 +42,20 @@ static inline void tfa_want_write(uint32_t flags, char *text, size_t size)
         }
 }
 
+/** Writes what an op of that name does not answer, and which do: "" if it answers all flags. */
+static inline void tfa_want_refuse(uint32_t flags, uint32_t op_bit, const char *name, char *text,
+                                   size_t size)
+{
+    char words[200];
+    text[0] = '\0';
+    tfa_want_write(op_bit & TFA_OPS_SOLVE ? 0 : flags & TFA_WANT_OF_SOLVE, words, sizeof words);
+    if (words[0])
+        snprintf(text, size,
+                 "%s does not answer %s; forward_dynamics, operational_inertia and task_torques do",
+                 name, words);
+    else if (flags & TFA_WANT_JOINT_FORCES && !(op_bit & TFA_OPS_MOTION))
+        snprintf(text, size,
+                 "%s does not answer joint_forces; forward_dynamics and inverse_dynamics do", name);
+}
+
 #endif

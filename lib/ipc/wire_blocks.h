@@ -128,6 +128,8 @@ static inline uint64_t tfa_wire_blocks_of(const tfa_request *r)
         by_flag &= ~(r->tip_count ? 0 : tfa_wire_needing(NEEDS_TIPS | NEEDS_LAMBDA_INV));
         if (!(TFA_OP_BIT(r->op) & TFA_OPS_SOLVE))
             by_flag &= ~tfa_wire_needing(NEEDS_LAMBDA_INV);
+        if (!(TFA_OP_BIT(r->op) & TFA_OPS_MOTION))
+            by_flag &= ~tfa_wire_needing(NEEDS_MOTION);
     }
     return by_op | by_flag;
 }

@@ -61,6 +61,8 @@ static void add_names(SHA2_CTX *c, const struct tfa_model *m)
         add(c, &m->frame_quad[k], sizeof *m->frame_quad);
         add(c, &f->body, sizeof f->body);
         add(c, &f->part, 1);
+        add(c, m->link[k].quad, sizeof *m->link[k].quad);
+        add(c, &m->link[k].parent, sizeof m->link[k].parent);
         add(c, f->name, strlen(f->name) + 1);
     }
     for (uint32_t k = 0; k < m->joints; k++)
@@ -69,7 +71,7 @@ static void add_names(SHA2_CTX *c, const struct tfa_model *m)
 
 static void hash_model(const struct tfa_model *m, int gravity, uint8_t hash[32])
 {
-    static const char version[] = "totalforce model 4";
+    static const char version[] = "totalforce model 5";
     SHA2_CTX c;
     SHA256Init(&c);
     add(&c, version, sizeof version);

@@ -198,3 +198,22 @@ void tfa_compute_mass_properties(struct tfa_model *m, struct tfa_body *body,
     m->summary.singular_body = find_singular_body(m, body);
     tfa_compute_sizes(m, body, mass_scratch);
 }
+
+void tfa_compute_links(const struct tfa_model *m, struct tfa_link_mass *link,
+                       struct tfa_mass_properties *quad, const tfa_payload *payloads,
+                       size_t payload_count)
+{
+    for (uint32_t k = 0; k < m->frames; k++)
+        quad[k] = m->link_without_payload[k];
+    for (size_t k = 0; k < payload_count; k++) {
+        const int32_t frame = tfa_model_find_frame(m, payloads[k].link);
+        if (frame >= 0)
+            tfa_mass_properties_add_payload(&quad[frame], &m->frame_quad[frame], &payloads[k]);
+    }
+    for (uint32_t k = 0; k < m->frames; k++) {
+        link[k].quad = &quad[k];
+        link[k].mass = (double)quad[k].mass;
+        ext_round_vector(link[k].h, quad[k].h, 0);
+        ext_round_inertia(link[k].I, quad[k].I);
+    }
+}

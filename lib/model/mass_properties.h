@@ -31,4 +31,10 @@ void tfa_compute_mass_properties(struct tfa_model *m, struct tfa_body *body,
                                  struct tfa_mass_scratch *mass_scratch, const tfa_payload *payloads,
                                  size_t payload_count);
 
+/** Fills the masses of link[] and link_quad[] from m->link_without_payload and the payloads, as
+ *  tfa_compute_mass_properties does of bodies. */
+void tfa_compute_links(const struct tfa_model *m, struct tfa_link_mass *link,
+                       struct tfa_mass_properties *quad, const tfa_payload *payloads,
+                       size_t payload_count);
+
 #endif

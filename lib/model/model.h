@@ -89,6 +89,13 @@ struct tfa_frame {
     const char *name;
 };
 
+/* What a link weighs by itself, payloads of the model included: for the forces across joints */
+struct tfa_link_mass {
+    double mass, h[3], I[6]; /* as in tfa_body, about the origin of its body's frame */
+    const struct tfa_mass_properties *quad; /* the same, not rounded */
+    int32_t parent;                         /* the link before its joint; -1: it is the root */
+};
+
 /* Source of an inner coordinate or freedom. Public arrays follow the declared order without
  * followers; inner ones follow the bodies, tree by tree.
  *     q_inner = multiplier q[from] + offset,  v_inner = multiplier v[from] */
@@ -143,6 +150,9 @@ struct tfa_model {
     tfa_quad mass_without_payload; /* of all links, kg */
     const struct tfa_frame *frame;
     const struct tfa_xform_quad *frame_quad; /* of each frame: R and p */
+    const struct tfa_link_mass *link;        /* of each frame */
+    const uint32_t *link_order;              /* frames, parents first */
+    const struct tfa_mass_properties *link_without_payload;
     const struct tfa_chain *chain;           /* one for each tree */
     const struct tfa_part *part;
     const struct tfa_xform_quad *part_quad;  /* of each part */

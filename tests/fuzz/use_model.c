@@ -124,6 +124,7 @@ static const struct {
     ARRAY(mass_matrix, 1, OF_N, OF_N, TFA_OPS_M),
     ARRAY(poses, 7, OF_TIPS, OF_1, 0),
     ARRAY(frame_poses, 7, OF_FRAMES, OF_1, 0),
+    ARRAY(joint_forces, 6, OF_FRAMES, OF_1, 0),
     ARRAY(twists, 6, OF_TIPS, OF_1, 0),
     ARRAY(jacobian, 1, OF_ROWS, OF_N, 0),
     ARRAY(bias_acceleration, 1, OF_ROWS, OF_1, 0),

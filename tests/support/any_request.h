@@ -12,9 +12,9 @@
 #include <totalforce/dynamics.h>
 
 #define ANY_BATCH 3
-#define ANY_REQUESTS (140 * 42)
-#ifdef TFA_INSTRUMENTED /* and slower; 9 has no factor in common with 140 */
-#define ANY_STEP(step) (9 * (step))
+#define ANY_REQUESTS (150 * 42)
+#ifdef TFA_INSTRUMENTED /* and slower; 11 has no factor in common with 150 */
+#define ANY_STEP(step) (11 * (step))
 #else
 #define ANY_STEP(step) (step)
 #endif

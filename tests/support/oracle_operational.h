@@ -8,6 +8,8 @@
 #ifndef TESTS_SUPPORT_ORACLE_OPERATIONAL_H
 #define TESTS_SUPPORT_ORACLE_OPERATIONAL_H
 
+#include <stdbool.h>
+
 #include "oracle.h"
 #include "quad.h"
 
@@ -32,6 +34,21 @@ void oracle_accelerate(const oracle *o, quad *x);
 
 /** n: forces at zero acceleration, of gravity, velocities, damping and wrenches of the state. */
 void oracle_bias_force(const oracle *o, quad *h);
+
+/** What a link's joint exerts on it, world axes, at the link's origin */
+typedef struct oracle_wrench {
+    vec3 force, moment;
+    quad size; /**< sum of the sizes of what was added up */
+} oracle_wrench;
+
+/** F: of all links of the description, in the state that was set, which is `state` of r, with the
+ *  accelerations qdd, base first: one for each row of the oracle's answers. What is absent pulls at
+ *  no link. */
+void oracle_joint_forces(const oracle *o, const tfa_request *r, uint32_t state, const quad *qdd,
+                         const bool *absent, oracle_wrench *F);
+/** The same in a frame of the link, linear first */
+void oracle_wrench_in(const oracle *o, uint32_t link, tfa_reference_frame frame,
+                      const oracle_wrench *F, quad out[6]);
 
 /** Sums over everything that moves. */
 typedef struct oracle_centroid {

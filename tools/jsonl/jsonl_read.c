@@ -216,13 +216,11 @@ static int require(jsonl_reader *r)
         return jsonl_fail(r->error, TFA_E_ARGUMENT,
                           "base_pose: missing; the base floats: [x,y,z,qx,qy,qz,qw]");
     const uint32_t op = TFA_OP_BIT(request->op);
-    char words[200];
-    tfa_want_write(request->flags & TFA_WANT_OF_SOLVE, words, sizeof words);
-    if (words[0] && !(op & TFA_OPS_SOLVE))
-        return jsonl_fail(r->error, TFA_E_ARGUMENT,
-                          "want: %s does not answer %s; forward_dynamics, operational_inertia and "
-                          "task_torques do",
-                          tfa_word(TFA_WORDS_OP, request->op), words);
+    char refusal[300];
+    tfa_want_refuse(request->flags, op, tfa_word(TFA_WORDS_OP, request->op), refusal,
+                    sizeof refusal);
+    if (refusal[0])
+        return jsonl_fail(r->error, TFA_E_ARGUMENT, "want: %s", refusal);
     if (request->tip_count == 0 && (op & TFA_OPS_OSIM || request->flags & TFA_WANT_OF_TIPS))
         return jsonl_fail(r->error, TFA_E_ARGUMENT, "tips: missing; 1 to %d link names",
                           TFA_MAX_TIPS);

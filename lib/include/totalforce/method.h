@@ -114,7 +114,8 @@ typedef enum tfa_refusal {
     X(CFA, 9, "cfa", TFA_OPS_SOLVE, CFA, "O(N)", TFA_INVERSE_REFUSES | TFA_REFUSES_ARMATURE,       \
       "constraint forces, block LDL^T")                                                            \
     X(CFA_CR, 10, "cfa-cr", TFA_OPS_SOLVE, CFA_CR, "O(N), O(log N) in parallel",                   \
-      TFA_INVERSE_REFUSES | TFA_REFUSES_ARMATURE, "constraint forces by block cyclic reduction")   \
+      TFA_INVERSE_REFUSES | TFA_REFUSES_ARMATURE,                                                  \
+      "constraint forces by block cyclic reduction; long revolute chains: as tfa-cr")              \
     X(DCA, 11, "dca", TFA_OPS_SOLVE, DCA, "O(N), O(log N) in parallel", TFA_INVERSE_REFUSES,       \
       "divide and conquer: two-handle inverse inertias, assembly tree")                            \
     X(SCAN, 12, "scan", TFA_OPS_SOLVE, SCAN, "O(N), O(N/P + log P) on P", TFA_CHAIN_REFUSES,       \

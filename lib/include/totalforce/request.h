@@ -142,7 +142,8 @@ typedef enum tfa_residual {
 #define TFA_WANT_LAMBDA 0x200u           /**< lambda and rank, with ops that answer lambda_inv */
 #define TFA_WANT_MU 0x400u               /**< mu and what lambda answers; reads v and gravity */
 #define TFA_WANT_P 0x800u                /**< p and what lambda answers; reads gravity */
-#define TFA_WANT_ALL 0xfffu              /**< every flag */
+#define TFA_WANT_JOINT_FORCES 0x1000u    /**< joint_forces, with forward and inverse dynamics */
+#define TFA_WANT_ALL 0x1fffu             /**< every flag */
 
 /**
  * One request. Zero-initialise, then set the inputs of the op. An array holds `count` states one
@@ -217,7 +218,8 @@ typedef struct tfa_request {
 /** Quality of the answer for one state. */
 typedef struct tfa_answer {
     int32_t status;        /**< TFA_OK, TFA_E_SINGULAR or TFA_E_NOT_COMPUTED, as tfa_compute */
-    uint16_t method;       /**< tfa_method that answered */
+    uint16_t method;       /**< tfa_method that answered; cfa-cr and tfa-cr are one computation on
+                              chains of 48 and more revolute joints without armature */
     uint16_t flags;        /**< TFA_ANSWER_ bits */
     double error_estimate; /**< relative 2-norm error of qdd (base included; task torques: that of
                                 the posture torques; derivatives: where they are taken) or
@@ -367,6 +369,17 @@ typedef struct tfa_reply {
                                     joints with quaternions along their twist (derivatives) */
     double *dqdd_dv;           /**< count x n x n (derivatives) */
     double *dqdd_dtau;         /**< count x n x n: M^-1 (derivatives) */
+    double *joint_forces;      /**< count x frames x 6, N and N m, in `frame`: the wrench that each
+                                    link's joint exerts on it, at the origin of the link's frame,
+                                    which is the joint's; of the root link what base or world exert.
+                                    From the accelerations of the answer (of forward dynamics: needs
+                                    the buffers qdd and, of a floating base, base_acceleration; else
+                                    TFA_E_NOT_COMPUTED): F = I a + v x* I v - wrench + sum of the
+                                    children's F, H^T F = tau - damping - armature times qdd. Joints
+                                    that follow others, and locked ones, carry what their constraint
+                                    takes; what a scene leaves out pulls at no link. Cost: some two
+                                    inverse dynamics of one state, also for each state of a batch,
+                                    which has no lanes here */
     tfa_answer *answers;       /**< count */
 } tfa_reply;
 

@@ -48,6 +48,7 @@ static struct layout layout_of(const struct draft *d, void *memory)
     TFA_MODEL_ARRAYS(PLACE)
 #undef PLACE
     l.quad = arena_alloc(&a, d->bodies, sizeof *l.quad);
+    l.link_quad = arena_alloc(&a, d->frames, sizeof *l.link_quad);
     l.chain_body = arena_alloc(&a, d->bodies, sizeof *l.chain_body);
     l.text = arena_alloc(&a, text_size(d->description), 1);
     l.size = a.used;
@@ -122,6 +123,7 @@ const struct tfa_model *tfa_compile(const struct draft *d, void *memory)
     summarise(m, d);
     tfa_compute_mass_properties(m, l.body, l.quad, l.body_info, d->mass_scratch, scene->payloads,
                                 scene->payload_count);
+    tfa_compute_links(m, l.link, l.link_quad, scene->payloads, scene->payload_count);
     tfa_hash_model(m);
     return m;
 }

@@ -14,6 +14,9 @@
     X(struct tfa_mass_properties, without_payload, d->bodies + 1u)                                 \
     X(struct tfa_frame, frame, d->frames)                                                          \
     X(struct tfa_xform_quad, frame_quad, d->frames)                                                \
+    X(struct tfa_link_mass, link, d->frames)                                                       \
+    X(uint32_t, link_order, d->frames)                                                             \
+    X(struct tfa_mass_properties, link_without_payload, d->frames)                                 \
     X(struct tfa_chain, chain, d->bodies)                                                          \
     X(struct tfa_part, part, d->parts)                                                             \
     X(struct tfa_xform_quad, part_quad, d->parts)                                                  \
@@ -36,6 +39,7 @@ struct layout {
     TFA_MODEL_ARRAYS(TFA_MODEL_FIELD)
 #undef TFA_MODEL_FIELD
     struct tfa_body_quad *quad; /* of each body */
+    struct tfa_mass_properties *link_quad; /* of each link */
     uint32_t *chain_body;       /* of all chains */
     char *text;                 /* names; advances as they are stored */
     size_t size;                /* of all, bytes */
@@ -62,7 +66,7 @@ void tfa_emit_chains(struct layout *l);
 /* Maps from public to inner coordinates and freedoms; armature, damping, mimics. */
 void tfa_emit_maps(struct layout *l, const struct draft *d);
 
-/* Frames, public joints and declared joints with their names. */
+/* Frames, links, public joints and declared joints with their names. */
 void tfa_emit_names(struct layout *l, const struct draft *d);
 
 #endif

@@ -15,9 +15,11 @@
 
 struct derived {
     struct tfa_model *model;
-    struct tfa_body *body; /* payloads only, with the next two */
+    struct tfa_body *body; /* payloads only, with the next four */
     struct tfa_body_quad *quad;
     tfa_body_info *info;
+    struct tfa_link_mass *link;
+    struct tfa_mass_properties *link_quad;
     size_t size;
 };
 
@@ -30,6 +32,8 @@ static struct derived layout_of(const struct tfa_model *from, int with_bodies, v
         l.body = arena_alloc(&a, from->bodies, sizeof *l.body);
         l.quad = arena_alloc(&a, from->bodies, sizeof *l.quad);
         l.info = arena_alloc(&a, from->bodies, sizeof *l.info);
+        l.link = arena_alloc(&a, from->frames, sizeof *l.link);
+        l.link_quad = arena_alloc(&a, from->frames, sizeof *l.link_quad);
     }
     l.size = a.used;
     return l;
@@ -114,9 +118,12 @@ static int apply_payloads(const struct derived *l, const struct tfa_model *from,
     for (uint32_t i = 0; i < from->bodies; i++)
         l->quad[i] = *from->body[i].quad;
     memcpy(l->info, from->body_info, from->bodies * sizeof *l->info);
+    memcpy(l->link, from->link, from->frames * sizeof *l->link);
     m->body = l->body;
     m->body_info = l->info;
+    m->link = l->link;
     tfa_compute_mass_properties(m, l->body, l->quad, l->info, mass_scratch, payloads, count);
+    tfa_compute_links(m, l->link, l->link_quad, payloads, count);
     int status = check_freedoms(m, mass_scratch, report);
     free(mass_scratch);
     return status;

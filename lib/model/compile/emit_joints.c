@@ -99,6 +99,23 @@ static void emit_frames(struct layout *l, const struct draft *d)
     }
 }
 
+static void emit_links(struct layout *l, const struct draft *d)
+{
+    uint32_t links = 0;
+    for (size_t k = 0; k < d->description->link_count; k++)
+        if (d->link[k].present)
+            tfa_draft_add_link(d, k, &l->link_without_payload[d->frame[k].number]);
+    l->link_order[links++] = d->frame[d->root].number;
+    l->link[l->link_order[0]].parent = -1;
+    for (size_t k = 0; k < d->description->joint_count; k++) {
+        const tfa_joint *joint = &d->description->joints[d->order[k]];
+        if (d->joint[d->order[k]].fate == TFA_FATE_ABSENT)
+            continue;
+        l->link_order[links++] = d->frame[joint->child].number;
+        l->link[d->frame[joint->child].number].parent = (int32_t)d->frame[joint->parent].number;
+    }
+}
+
 /* A public joint, if it is one. */
 static void emit_joint(struct layout *l, const struct draft *d, uint32_t j, const char *name)
 {
@@ -142,6 +159,7 @@ void tfa_emit_names(struct layout *l, const struct draft *d)
     const tfa_description *s = d->description;
     l->model->name = keep_text(l, s->name ? s->name : "");
     emit_frames(l, d);
+    emit_links(l, d);
     for (size_t k = 0; k < s->joint_count; k++) {
         const uint32_t j = d->order[k];
         const char *name = keep_text(l, s->joints[j].name);

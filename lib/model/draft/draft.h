@@ -165,6 +165,10 @@ void draft_note_snaps(const struct draft *d, tfa_report *report);
 
 /* ---- functions of the passes ---- */
 
+/* Adds the inertia of a link, about the origin of the frame that its own frame is in: its body's,
+ * or the root's. */
+void tfa_draft_add_link(const struct draft *d, size_t link, struct tfa_mass_properties *sum);
+
 /* Replaces R by the rotation by right angles within `limit` (rad) of it, if there is one. Returns
  * the angle of the change, rad. */
 long double draft_snap(ext R[9], double limit);

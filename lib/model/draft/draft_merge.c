@@ -10,10 +10,11 @@
 #include "model/draft/draft.h"
 #include "model/payload.h"
 
-/* Adds a link's inertia to its body, about the body's origin. f: the link's frame in the body. */
-static void add_inertia(struct draft_body *b, const tfa_link *link, const long double s[6],
-                        const struct draft_frame *f, double snap)
+void tfa_draft_add_link(const struct draft *d, size_t number, struct tfa_mass_properties *sum)
 {
+    const tfa_link *link = &d->description->links[number];
+    const struct draft_frame *f = &d->frame[number];
+    const long double *s = d->link[number].inertia;
     int empty = link->mass == 0;
     for (int k = 0; k < 6; k++)
         empty &= s[k] == 0;
@@ -23,11 +24,11 @@ static void add_inertia(struct draft_body *b, const tfa_link *link, const long d
     const ext Ic[6] = {s[0], s[1], s[2], s[3], s[4], s[5]};
     ext_from_parts(quat, link->quat, link->quat_low, 4);
     ext_rotation(Q, quat);
-    (void)draft_snap(Q, snap);
+    (void)draft_snap(Q, d->options->snap);
     ext_mul(R, f->R, Q);
     ext_from_double(com, link->com, 3);
     ext_apply(c, f->R, com, f->p);
-    tfa_mass_properties_add(&b->sum, link->mass, c, R, Ic);
+    tfa_mass_properties_add(sum, link->mass, c, R, Ic);
 }
 
 static struct draft_body *new_body(struct draft *d, uint32_t link, int32_t joint, uint8_t kind)
@@ -129,7 +130,7 @@ int tfa_draft_merge(struct draft *d, tfa_report *report)
         if (!d->link[k].present)
             continue;
         struct draft_body *b = d->frame[k].body < 0 ? &d->world : &d->body[d->frame[k].body];
-        add_inertia(b, &s->links[k], d->link[k].inertia, &d->frame[k], d->options->snap);
+        tfa_draft_add_link(d, k, &b->sum);
         b->loaded |= d->link[k].loaded;
         d->mass += s->links[k].mass;
     }

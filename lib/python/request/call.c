@@ -114,7 +114,7 @@ static int read_phase(request_call *call, enum phase phase)
 static int require(request_call *call)
 {
     const tfa_request *request = &call->request;
-    char joints[600], words[200];
+    char joints[600], refusal[300];
     if (!request->q && call->robot->names.q_count) {
         (void)tfa_names_describe(&call->robot->names, 1, joints, sizeof joints);
         return raise_status(TFA_E_ARGUMENT, "q", "q: missing; the robot has %s", joints);
@@ -123,12 +123,9 @@ static int require(request_call *call)
         return raise_status(TFA_E_ARGUMENT, "base_pose",
                             "base_pose: missing; the base floats: x y z, quaternion x y z w");
     const uint32_t op = TFA_OP_BIT(request->op);
-    tfa_want_write(request->flags & TFA_WANT_OF_SOLVE, words, sizeof words);
-    if (words[0] && !(op & TFA_OPS_SOLVE))
-        return raise_status(TFA_E_ARGUMENT, "want",
-                            "want: %s does not answer %s; forward_dynamics, operational_inertia "
-                            "and task_torques do",
-                            op_name(request->op), words);
+    tfa_want_refuse(request->flags, op, op_name(request->op), refusal, sizeof refusal);
+    if (refusal[0])
+        return raise_status(TFA_E_ARGUMENT, "want", "want: %s", refusal);
     if (op & TFA_OPS_TASK && !request->task_acceleration)
         return raise_status(TFA_E_ARGUMENT, "acceleration",
                             "acceleration: missing; {tip: 6 numbers, of a point 3}");

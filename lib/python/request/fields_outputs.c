@@ -16,8 +16,7 @@ const output_row outputs[OUTPUT_COUNT] = {
 #undef OUTPUT
 };
 
-enum { FLAG_COUNT = 12 };
-_Static_assert(TFA_WANT_ALL == (1u << FLAG_COUNT) - 1, "FLAG_COUNT is wrong");
+enum { FLAG_COUNT = 32 - __builtin_clz(TFA_WANT_ALL) };
 _Static_assert(OUTPUT_COUNT < 64, "outputs are bits of a word");
 
 static uint64_t of_op[OP_COUNT + 1], of_flag[FLAG_COUNT];

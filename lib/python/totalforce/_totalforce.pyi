@@ -35,6 +35,7 @@ Want = Literal[
     "mu",
     "p",
     "spectrum",
+    "joint_forces",
 ]
 
 __version__: str
@@ -205,6 +206,8 @@ class Reply:
     def gravity(self) -> Array: ...
     @property
     def jacobian(self) -> Array: ...
+    @property
+    def joint_forces(self) -> Array: ...
     @property
     def lambda_(self) -> Array: ...
     @property

@@ -73,7 +73,7 @@ TEST(floating_body)
         .name = "body", .model = compiled(&robot.d, &options), .link_count = 3, .n = 6, .six = 6};
     tfa_workspace *w = workspace_for(c.model, NULL);
     tfa_request r = {.op = TFA_OP_TASK_TORQUES,
-                     .flags = TFA_WANT_ALL,
+                     .flags = op_flags(TFA_OP_TASK_TORQUES),
                      .count = 1,
                      .tip_count = 1,
                      .tips = {2},

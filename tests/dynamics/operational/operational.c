@@ -304,7 +304,7 @@ tfa_request op_state(const op_case *c, uint32_t k)
     X(twists, a->tips * 6) X(jacobian, m * n) X(bias_acceleration, m) X(com, 3) X(com_velocity, 3) \
     X(com_jacobian, 3 * n) X(mass, 1) X(momentum, 6) X(energy, 2) X(lambda, m * m) X(mu, m) \
     X(p, m) X(lost, TFA_LOST_MAX * (2 + m)) X(gravity_force, n) X(velocity_force, n) \
-    X(damping_force, n) X(external_force, n) X(armature_force, n)
+    X(damping_force, n) X(external_force, n) X(armature_force, n) X(joint_forces, a->frames * 6)
 /* clang-format on */
 
 /* Lays out the arrays from `at` on; returns how many numbers they are. */
@@ -392,7 +392,9 @@ bool op_has_lambda(tfa_op op)
 
 uint32_t op_flags(tfa_op op)
 {
-    return op_has_lambda(op) ? TFA_WANT_ALL : OP_KINEMATICS;
+    const uint32_t forces =
+        op == TFA_OP_FORWARD_DYNAMICS || op == TFA_OP_INVERSE_DYNAMICS ? TFA_WANT_JOINT_FORCES : 0;
+    return (op_has_lambda(op) ? TFA_WANT_ALL & ~TFA_WANT_JOINT_FORCES : OP_KINEMATICS) | forces;
 }
 
 const char *const op_output_names[TFA_WIRE_REPLY_BLOCKS] = {

@@ -95,6 +95,7 @@ typedef struct op_answers {
     double *frame_poses, *twists, *jacobian, *bias_acceleration, *com, *com_velocity, *com_jacobian;
     double *mass, *momentum, *energy, *lambda, *lost, *mu, *p;
     double *gravity_force, *velocity_force, *damping_force, *external_force, *armature_force;
+    double *joint_forces;
     tfa_rank *rank;
     tfa_spectrum *spectrum;
     tfa_answer *answers;

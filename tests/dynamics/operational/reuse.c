@@ -41,9 +41,7 @@ static void change_question(op_case *c, tfa_request *r)
 {
     static const uint32_t refine[] = {TFA_REFINE_DEFAULT, TFA_REFINE_DEFAULT, 0, 1, 2};
     r->op = op_ops[random_below(&c->s, OP_OPS)];
-    r->flags = (uint32_t)random_bits(&c->s) & TFA_WANT_ALL;
-    if (!op_has_lambda(r->op))
-        r->flags &= OP_KINEMATICS;
+    r->flags = (uint32_t)random_bits(&c->s) & op_flags(r->op);
     r->rank_loss = (tfa_rank_loss)random_below(&c->s, 2);
     r->refine = refine[random_below(&c->s, 5)];
 }

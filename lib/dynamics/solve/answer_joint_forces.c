@@ -1,0 +1,190 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Total forces: the wrench that each joint transmits, fixed joints included, from accelerations
+ * that are known. The total force of Fijany and Featherstone (2013), of which (58) is
+ * H^T F = tau and the equations of motion of the links are the rest.
+ */
+#include <math.h>
+
+#include "dynamics/core/frame.h"
+#include "dynamics/kinematics/centroid.h"
+#include "dynamics/kinematics/world_pose.h"
+#include "dynamics/solve/answer.h"
+#include "dynamics/solve/load.h"
+#include "layout/body.h"
+#include "spatial/rigid.h"
+
+/* What a link weighs by itself, about the origin of its body's frame */
+static rigid link_inertia(const struct tfa_link_mass *l)
+{
+#ifdef NUM_QUAD
+    const struct tfa_mass_properties *p = l->quad;
+#else
+    const struct tfa_link_mass *p = l;
+#endif
+    const constant *I = p->I;
+    return (rigid){constant_of(p->mass),
+                   constant_vec3(p->h),
+                   {constant_of(I[0]), constant_of(I[1]), constant_of(I[2]), constant_of(I[3]),
+                    constant_of(I[4]), constant_of(I[5])}};
+}
+
+/* The same of payload k of the request */
+static rigid payload_inertia(const struct state *s, const tfa_request *r, uint32_t k)
+{
+    const double *n = r->payloads + TFA_PAYLOAD_NUMBERS * (size_t)k;
+    const xform f = frame_xform(s->m, r->payload_frames[k]);
+    const sym3 I = {num_of(n[4]), num_of(n[5]), num_of(n[6]),
+                    num_of(n[7]), num_of(n[8]), num_of(n[9])};
+    const rigid centred = {num_of(n[0]), v3_zero(), s3_congruence_t(m3_t(f.E), I)};
+    return rigid_shift(v3_add(m3_mul(f.E, v3_load(n + 1)), f.r), &centred);
+}
+
+/* I a + v x* I v of what moves with a body, or stands in the world */
+static svec inertial_force(const struct state *s, int32_t body, const rigid *c)
+{
+    if (body < 0)
+        return s6_rigid_mul(c->I, c->h, c->m, (svec){v3_zero(), v3_neg(s->gravity)});
+    const svec f = s6_rigid_mul(c->I, c->h, c->m, s->a[body]);
+    return s->moving ? sv_add(f, s6_rigid_bias(c->I, c->h, c->m, s->v[body])) : f;
+}
+
+/* a_i = X_i a_parent + c_i + H_i qdd_i, that of the world being -gravity */
+static void accelerate(struct state *s)
+{
+    const svec ground = {v3_zero(), v3_neg(s->gravity)};
+    for (uint32_t i = 0; i < s->bodies; i++) {
+        const struct tfa_body *b = &s->body[i];
+        svec a = xform_motion(&s->X[i], b->parent < 0 ? ground : s->a[b->parent]);
+        if (s->moving)
+            a = sv_add(a, s->c[i]);
+        add_joint_motion(s, b, s->qdd + b->v, &a);
+        s->a[i] = a;
+    }
+}
+
+/* ---- forces on links, in the frames of their bodies ---- */
+
+static void add_force(struct state *s, uint32_t frame, svec f)
+{
+    s->link_force[frame] = sv_add(s->link_force[frame], f);
+}
+
+/* Axes (columns) and point that wrenches at a frame go by */
+static void frame_of_wrench(const struct state *s, uint32_t frame, tfa_reference_frame mode,
+                            mat3 *R, vec3 *p)
+{
+    const num o = num_of(0), l = num_of(1);
+    if (TFA_V(frame_at)(s, frame, mode, R, p) >= 0)
+        return;
+    TFA_V(frame_in_body)(s, frame, R, p);
+    if (mode != TFA_FRAME_LOCAL)
+        *R = (mat3){l, o, o, o, l, o, o, o, l};
+    if (mode == TFA_FRAME_WORLD)
+        *p = v3_zero();
+}
+
+static void subtract_wrench(struct state *s, const tfa_request *r, uint32_t k, uint32_t w)
+{
+    const double *x = r->wrenches + 6 * ((size_t)r->wrench_count * k + w);
+    mat3 R;
+    vec3 p;
+    frame_of_wrench(s, r->wrench_frames[w], r->frame, &R, &p);
+    const vec3 force = m3_mul(R, v3_load(x)), moment = m3_mul(R, v3_load(x + 3));
+    add_force(s, r->wrench_frames[w],
+              (svec){v3_neg(v3_add(moment, v3_cross(p, force))), v3_neg(force)});
+}
+
+/* What moves a link besides its joint and its children's, negative */
+static void load_forces(struct state *s, const tfa_request *r, uint32_t k)
+{
+    for (uint32_t f = 0; f < s->m->frames; f++)
+        s->link_force[f] = sv_zero();
+    for (uint32_t w = 0; w < r->wrench_count; w++)
+        subtract_wrench(s, r, k, w);
+    for (uint32_t p = 0; p < r->payload_count; p++) {
+        const rigid I = payload_inertia(s, r, p);
+        add_force(s, r->payload_frames[p],
+                  inertial_force(s, s->m->frame[r->payload_frames[p]].body, &I));
+    }
+}
+
+/* F = I a + v x* I v - wrench + sum of the children's F */
+static void sum_inward(struct state *s)
+{
+    const struct tfa_model *m = s->m;
+    for (uint32_t k = m->frames; k-- > 0;) {
+        const uint32_t frame = m->link_order[k];
+        const struct tfa_link_mass *l = &m->link[frame];
+        const int32_t body = m->frame[frame].body;
+        if (l->mass != 0 || l->I[0] != 0 || l->I[3] != 0 || l->I[5] != 0) {
+            const rigid I = link_inertia(l);
+            add_force(s, frame, inertial_force(s, body, &I));
+        }
+        if (l->parent < 0)
+            continue;
+        const svec f = s->link_force[frame];
+        const int moves = body != m->frame[l->parent].body;
+        add_force(s, (uint32_t)l->parent, moves ? xform_t_force(&s->X[body], f) : f);
+    }
+}
+
+/* ---- the answer ---- */
+
+/* Writes F of a link in the frame that the request asks for. Returns 1 when all is finite. */
+static int store_force(const struct state *s, uint32_t frame, tfa_reference_frame mode, double *out)
+{
+    const int32_t body = s->m->frame[frame].body;
+    const svec f = s->link_force[frame];
+    mat3 R;
+    vec3 p, force = f.v, moment = f.w;
+    TFA_V(frame_in_body)(s, frame, &R, &p);
+    if (mode != TFA_FRAME_WORLD)
+        moment = v3_sub(moment, v3_cross(p, force));
+    if (mode == TFA_FRAME_LOCAL) {
+        force = m3_tmul(R, force);
+        moment = m3_tmul(R, moment);
+    } else if (body >= 0) {
+        const struct world_pose *W = &s->world[body];
+        force = vec3_of_simd(mat3_simd_apply_t(&W->E, force));
+        moment = vec3_of_simd(mat3_simd_apply_t(&W->E, moment));
+        if (mode == TFA_FRAME_WORLD)
+            moment = v3_add(moment, v3_cross(vec3_of_simd(W->r), force));
+    }
+    const num x[6] = {force.x, force.y, force.z, moment.x, moment.y, moment.z};
+    int finite = 1;
+    for (int e = 0; e < 6; e++) {
+        out[e] = (double)x[e];
+        finite &= isfinite(out[e]) != 0;
+    }
+    return finite;
+}
+
+/* Accelerations are those of the reply, whatever computed them, or those of the request. */
+int TFA_V(answer_joint_forces)(struct state *s, const tfa_request *r, struct tfa_resolved by,
+                               uint32_t k, tfa_reply *reply)
+{
+    const struct tfa_model *m = s->m;
+    tfa_request inverse = *r;
+    inverse.op = TFA_OP_INVERSE_DYNAMICS;
+    inverse.flags = 0;
+    if (r->op == TFA_OP_FORWARD_DYNAMICS) {
+        inverse.qdd = reply->qdd;
+        inverse.base_acceleration = reply->base_acceleration;
+        if ((m->v_count && !reply->qdd) || (m->base_freedoms && !reply->base_acceleration))
+            return 0;
+    }
+    s->by = by;
+    TFA_V(load)(s, &inverse, k, 1);
+    accelerate(s);
+    load_forces(s, r, k);
+    sum_inward(s);
+    if (r->frame != TFA_FRAME_LOCAL)
+        TFA_V(world_poses)(s);
+    int finite = 1;
+    for (uint32_t f = 0; f < m->frames; f++)
+        finite &=
+            store_force(s, f, r->frame, reply->joint_forces + 6 * ((size_t)m->frames * k + f));
+    return finite;
+}

@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: The totalforce authors
-"""Measures everything that docs/accuracy.md shows and the answers of docs/which-method.md, draws
-the pictures and writes the tables: the lines between `<!-- made: NAME -->` and `<!-- end -->`.
+"""Measures everything that docs/accuracy.md shows and the answers of docs/which-method.md, counts
+what docs/methods.md does, draws the pictures and writes the tables: the lines between `<!-- made: NAME -->` and `<!-- end -->`.
 
     cmake --preset peers && cmake --build --preset peers     # release with MuJoCo and Orocos KDL
     docs/charts/make.py build/peers              # some 13 minutes; nothing else should run
@@ -21,17 +21,17 @@ import time
 from types import SimpleNamespace
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
-PAGES = ("accuracy.md", "which-method.md")
+PAGES = ("accuracy.md", "which-method.md", "methods.md")
 FULL = SimpleNamespace(
     sizes="8,32,128,1024,4096", one=128, map_bodies=64, budget=10, chains="", maps="", points=13,
     robots=("arm7", "quadruped", "humanoid"), cores="8,32,128,512,1024,2048,4096", single="32,128",
     strategies="single,batch,specialised,specialised-batch", inertia=128, seconds=10, half=5,
-    samples=100)
+    samples=100, published="8,64,256,1024")
 QUICK = SimpleNamespace(
     sizes="4,48", one=48, map_bodies=48, budget=1, points=3, robots=("arm7",), cores="8,32",
     chains="--mechanisms random,heavy-tip,alternating,rank-deficient,side-branches,thin,taper "
            "--seeds 2", maps="--bodies 4,48 --states 1 --seeds 2", single="8",
-    strategies="single,batch", inertia=8, seconds=0.4, half=0.2, samples=10)
+    strategies="single,batch", inertia=8, seconds=0.4, half=0.2, samples=10, published="8")
 PLAN = """\
 hero|{chart} {hero} --methods auto{peers} --rhs qdd --refine 0 --threads 1,2 \
 --strategies {strategies} --precision f64,f32 --kernels {kernels}
@@ -47,6 +47,8 @@ drift-arm|drift {arm} --precision f64,f32,f32+f64 --step 0.004,0.001 --seconds {
 drift-thin|drift --mechanism thin --methods aba,tfa,cfa,dca --precision f64,f32 --step 0.002 \
 --seconds {half} --samples {samples}
 mechanisms|{chart} --bodies {sizes} {chains}
+published|{chart} --mechanisms coil,dill --bodies {published} --rhs qdd --turn 0.001 --methods \
+aba,crba,scan,tfa,tfa-cr,cfa,dca --refine 0,1
 robots|{chart} {arm} {quadruped} {humanoid} {snake64}
 precision|{chart} --mechanisms random --bodies {one} --methods crba,aba,tfa,tfa-cr,cfa,dca,scan \
 --refine 0,1,2 --precision f64,f32,f32+f64,f64+f128
@@ -89,6 +91,15 @@ def measure(build, work, o, peers):
             with open(work / name / f"{line.split()[0]}.csv", "w", encoding="utf-8") as out:
                 tool(build, line, out, (0, 1))  # 1: a promise about estimates is broken; it is told
             print(name, line, round(time.monotonic() - begin), sep="|", file=runs)
+
+
+def count(build, work):
+    """Operations, where the build counts them"""
+    if (build / "bin/bench_count").exists():
+        (work / "depth").mkdir()
+        with open(work / "depth/depth.csv", "w", encoding="utf-8") as out:
+            subprocess.run([build / "bin/bench_count", "--csv", "--largest", "4096"], stdout=out,
+                           check=True)
 
 
 def run_tests(build, work):
@@ -139,6 +150,7 @@ def main(arguments):
 
     measure(build, work, options, [p for p in ("mujoco", "kdl") if p in chart_peers.TABLE])
     if not quick:
+        count(build, work)
         run_tests(build, work)
     pictures.draw(work, docs / "pictures", options.map_bodies)
     tables.write(work, options.one)

@@ -10,6 +10,7 @@ import pathlib
 import sys
 
 import pictures_arm
+import pictures_depth
 import pictures_error
 import pictures_time
 from frame import COMMAND
@@ -33,6 +34,8 @@ def draw(work, folder, bodies, names=()):
         "bodies": lambda: pictures_error.bodies(rows("mechanisms")),
         "atlas": lambda: pictures_error.atlas(rows("atlas-qdd"), bodies),
     }
+    if (work / "depth").exists():
+        makers["depth"] = lambda: pictures_depth.depth(rows("depth"))
     for name in names or makers:
         kind = "png" if name == "atlas" else "svg"
         style.save(makers[name](), folder, name, [kind], dpi=192)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: The totalforce authors
-"""The tables of docs/accuracy.md and docs/which-method.md, from the files that make.py measures:
+"""The tables of accuracy.md, methods.md and which-method.md, from the files that make.py measures:
 
     /usr/bin/python3 docs/charts/tables.py WORK ONE    ONE: bodies of the tables of one size
 
@@ -85,6 +85,37 @@ class Tables:
             thin_tfa=self._off("tfa", "thin"), thin_aba=self._off("aba", "thin"))
         text = re.sub(r"\|((\w+)\.\w+)\|", r"|[\2](pictures/\1)|", text)
         return table("question|picture|answer", (line.split("|") for line in text.splitlines()))
+
+    def published(self):
+        """Errors of the mechanisms of the accuracy study, alone; the worst over the floor, refined"""
+        rows = some(self._charts["published"], status="ok")
+        methods = unique(r.method for r in rows)
+
+        def line(mechanism, bodies):
+            same = some(rows, mechanism=mechanism, bodies=bodies)
+            alone = {r.method: f"{r.error:.1e}" for r in some(same, refine=0)}
+            refined = max(r.error / r.floor for r in some(same, refine=1))
+            return (f"`{mechanism}` {bodies}", f"{same[0].floor:.1e}",
+                    *(alone.get(m, "-") for m in methods), f"{refined:.2g}")
+
+        return table(["bodies", "floor", *(f"`{m}`" for m in methods), "refined / floor"],
+                     (line(*panel) for panel in unique((r.mechanism, r.bodies) for r in rows)))
+
+    def _depth(self, chart):
+        """Operations by method"""
+        for method in unique(r.method for r in chart):
+            rows = {(r.bodies, r.processors): r for r in some(chart, method=method)}
+            small, large = rows[64, 1], rows[128, 1]
+            of_body = " + ".join(f"{(getattr(large, word) - getattr(small, word)) / 64:.0f} {word[0]}"
+                                 for word in ("multiplications", "additions"))
+            yield (f"`{method}`", of_body,
+                   *(rows[n, n].steps if (n, n) in rows else "" for n in (16, 64, 256, 1024, 4096)),
+                   f"{rows[1024, 1].steps / rows[1024, 2].steps:.2f}" if (1024, 1) in rows else "")
+
+    def depth(self):
+        file = self._work / "depth/depth.csv"
+        return file.exists() and table(
+            "method|of a body|N = 16|64|256|1024|4096|two of 1024", self._depth(Rows(file)))
 
     def fronts(self):
         """On how many fronts a method is, alone or refined, by size"""
@@ -253,7 +284,8 @@ def write(work, one):
               for name in vars(Tables) if not name.startswith("_")}
     blocks |= dict(maps(tables._atlas)) | test_tables.make(work)
     for name, text in blocks.items():
-        (work / "blocks" / name).write_text(text, encoding="utf-8")
+        if text:
+            (work / "blocks" / name).write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -5,7 +5,9 @@
  * on many processors. Everything is counted in a run over a number type that counts (count/); a
  * second run gives the same figures.
  *
- *   bench_count [--largest N]
+ *   bench_count [--csv] [--largest N]
+ *
+ * With --csv: factors and solve of a moving chain on P = 1, 2, 4, ..., N processors.
  */
 #include <cstdio>
 #include <cstdlib>
@@ -178,16 +180,46 @@ void print_processors(unsigned n)
         processors_of(method, robot, n);
 }
 
+/* ---- for the picture ---- */
+
+void write_steps(count_method method, unsigned n)
+{
+    count_robot robot(n, true);
+    count_parts parts;
+    if (robot.measure(method, parts) != TFA_OK)
+        return;
+    const count_part &part = parts.dynamics;
+    for (unsigned p = 1; p <= n; p *= 2)
+        std::printf("%s,%u,%u,%llu,%u,%llu,%llu\n", count_method_name(method), n, p,
+                    (unsigned long long)count_schedule(part, p), part.depth,
+                    (unsigned long long)part.multiplications, (unsigned long long)part.additions);
+}
+
+void write_csv(unsigned largest)
+{
+    std::printf("method,bodies,processors,steps,depth,multiplications,additions\n");
+    for (count_method method : methods)
+        for (unsigned n = 16; n <= largest && !(dense(method) && n > dense_largest); n *= 2)
+            write_steps(method, n);
+}
+
 } // namespace
 
 int main(int argc, char **argv)
 {
     unsigned largest = 1024;
+    const bool csv = argc > 1 && !std::strcmp(argv[1], "--csv");
+    argc -= csv;
+    argv += csv;
     if (argc == 3 && !std::strcmp(argv[1], "--largest")) {
         largest = (unsigned)std::strtoul(argv[2], nullptr, 10);
     } else if (argc > 1) {
-        std::fprintf(stderr, "usage: %s [--largest N]\n", argv[0]);
+        std::fprintf(stderr, "usage: bench_count [--csv] [--largest N]\n");
         return 2;
+    }
+    if (csv) {
+        write_csv(largest);
+        return 0;
     }
     for (bool moving : {true, false})
         print_operations(moving);

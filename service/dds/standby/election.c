@@ -58,9 +58,24 @@ static void excuse_peers(tfa_election *e, int64_t now)
             e->peers[i].last = now + grace - e->peers[i].said.lease;
 }
 
-/* The first step of each call: peers are alive afterwards. */
+static void listen(tfa_election *e, int64_t now)
+{
+    e->self.role = TFA_ROLE_LISTENING;
+    e->listening_since = now;
+}
+
+/* The leader could not advertise for a lease, and others were there: one may lead by now. */
+static bool has_lapsed(const tfa_election *e, int64_t now)
+{
+    return e->self.role == TFA_ROLE_LEADING && e->peer_count > 0 &&
+           now - e->advertised >= e->self.lease;
+}
+
+/* The first step of each call: a leader has its lease and peers are alive afterwards. */
 static void advance(tfa_election *e, int64_t now)
 {
+    if (has_lapsed(e, now))
+        listen(e, now);
     excuse_peers(e, now);
     e->ran = now;
     for (uint32_t i = e->peer_count; i-- > 0;)
@@ -88,12 +103,6 @@ const tfa_election_peer *tfa_election_leader(const tfa_election *e)
 }
 
 /* ---- roles ---- */
-
-static void listen(tfa_election *e, int64_t now)
-{
-    e->self.role = TFA_ROLE_LISTENING;
-    e->listening_since = now;
-}
 
 static void lead(tfa_election *e)
 {
@@ -186,17 +195,8 @@ void tfa_election_begin(tfa_election *e, const tfa_advertisement *self, int64_t 
     listen(e, now);
 }
 
-/* The leader could not advertise for a lease, and others were there: one may lead by now. */
-static bool has_lapsed(const tfa_election *e, int64_t now)
-{
-    return e->self.role == TFA_ROLE_LEADING && e->peer_count > 0 &&
-           now - e->advertised >= e->self.lease;
-}
-
 bool tfa_election_tick(tfa_election *e, bool progress, int64_t now)
 {
-    if (has_lapsed(e, now))
-        listen(e, now);
     advance(e, now);
     e->progress = progress;
     if (!progress && (e->self.role != TFA_ROLE_LEADING || e->peer_count > 0))
@@ -228,8 +228,6 @@ bool tfa_election_hear(tfa_election *e, const tfa_advertisement *said, int64_t n
 {
     if (!is_possible(e, said))
         return false;
-    if (has_lapsed(e, now))
-        listen(e, now);
     advance(e, now);
     tfa_election_peer *peer = find_peer(e, said->daemon);
     if (peer == NULL && e->peer_count == TFA_ELECTION_PEERS)
@@ -255,8 +253,6 @@ bool tfa_election_hear(tfa_election *e, const tfa_advertisement *said, int64_t n
 
 bool tfa_election_leave(tfa_election *e, const uint8_t daemon[16], int64_t now)
 {
-    if (has_lapsed(e, now))
-        listen(e, now);
     advance(e, now);
     tfa_election_peer *peer = find_peer(e, daemon);
     if (peer == NULL)
@@ -272,8 +268,7 @@ bool tfa_election_leave(tfa_election *e, const uint8_t daemon[16], int64_t now)
 
 bool tfa_election_set_model(tfa_election *e, const uint8_t model[32], int64_t now)
 {
-    if (has_lapsed(e, now))
-        listen(e, now);
+    advance(e, now);
     memcpy(e->self.model, model, sizeof e->self.model);
     if (e->self.role == TFA_ROLE_STANDBY || e->self.role == TFA_ROLE_UNLIKE)
         follow(e);

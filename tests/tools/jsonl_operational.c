@@ -99,8 +99,8 @@ TEST(test_wanted)
     static const char line[] =
         "{" FD "," Q ",\"tips\":[\"tool\",\"lower\"],\"rows\":\"point\",\"rank_loss\":\"damp\","
         "\"rank_threshold\":1e-3,\"want\":[\"jacobian\",\"bias_acceleration\",\"twist\",\"pose\","
-        "\"poses\",\"com\",\"momentum\",\"energy\",\"lambda\",\"mu\",\"p\",\"spectrum\",\"joint_"
-        "forces\",\"p\"]}";
+        "\"poses\",\"com\",\"momentum\",\"energy\",\"lambda\",\"mu\",\"p\",\"spectrum\","
+        "\"joint_forces\",\"p\"]}";
     reading r;
     read_line(&r, &arm, line, sizeof line - 1);
     assert_int_equal(r.status, TFA_OK);
@@ -111,24 +111,12 @@ TEST(test_wanted)
     assert_true(q->rank_threshold && *q->rank_threshold == 1e-3);
     const tfa_reply *reply = &r.reply;
     const double *const given[] = {
-        reply->qdd,
-        reply->lambda_inv,
-        reply->lambda,
-        reply->mu,
-        reply->p,
-        reply->poses,
-        reply->twists,
-        reply->frame_poses,
-        reply->jacobian,
-        reply->com,
-        reply->mass,
-        reply->bias_acceleration,
-        reply->com_velocity,
-        reply->momentum,
-        reply->energy,
-        reply->com_jacobian,
-        reply->joint_forces,
-    };
+        reply->qdd,          reply->lambda_inv,  reply->lambda,
+        reply->mu,           reply->p,           reply->poses,
+        reply->twists,       reply->frame_poses, reply->jacobian,
+        reply->com,          reply->mass,        reply->bias_acceleration,
+        reply->com_velocity, reply->momentum,    reply->energy,
+        reply->com_jacobian, reply->joint_forces};
     const double *const absent[] = {
         reply->tau,           reply->base_acceleration, reply->base_wrench,    reply->mass_matrix,
         reply->gravity_force, reply->velocity_force,    reply->armature_force, reply->dqdd_dq,

@@ -194,8 +194,8 @@ TEST(an_arm_at_rest)
     double tau[1], forces[3][6];
     small_robot arm;
     describe_arm(&arm);
-    tfa_model *m = compiled(&arm.d, NULL);
-    tfa_workspace *w = workspace_for(m, NULL);
+    SCOPED_MODEL *m = compiled(&arm.d, NULL);
+    SCOPED_WORKSPACE *w = workspace_for(m, NULL);
     const tfa_request r = {.op = TFA_OP_INVERSE_DYNAMICS,
                            .count = 1,
                            .q = q,
@@ -207,8 +207,6 @@ TEST(an_arm_at_rest)
         for (int e = 0; e < 6; e++)
             assert_true(fabs(forces[l][e] - want[l][e]) <= 1e-13);
     assert_true(fabs(tau[0] + 1.8 * G) <= 1e-13);
-    tfa_workspace_free(w);
-    tfa_model_free(m);
 }
 
 /* ---- what there is not ---- */
@@ -219,8 +217,8 @@ TEST(refused_by_other_ops)
     double qdd[1], forces[3][6];
     small_robot arm;
     describe_arm(&arm);
-    tfa_model *m = compiled(&arm.d, NULL);
-    tfa_workspace *w = workspace_for(m, NULL);
+    SCOPED_MODEL *m = compiled(&arm.d, NULL);
+    SCOPED_WORKSPACE *w = workspace_for(m, NULL);
     tfa_request r = {.count = 1, .q = q, .flags = TFA_WANT_JOINT_FORCES};
     tfa_reply reply = {.joint_forces = forces[0]};
     for (int op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_DERIVATIVES; op++) {
@@ -234,6 +232,4 @@ TEST(refused_by_other_ops)
     assert_true(isnan(forces[0][0]) && isnan(forces[2][5]));
     reply.qdd = qdd;
     assert_int_equal(tfa_compute(w, &r, &reply), TFA_OK);
-    tfa_workspace_free(w);
-    tfa_model_free(m);
 }

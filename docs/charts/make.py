@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: The totalforce authors
 """Measures everything that docs/accuracy.md shows and the answers of docs/which-method.md, counts
-what docs/methods.md does, draws the pictures and writes the tables: the lines between `<!-- made: NAME -->` and `<!-- end -->`.
+the operations of docs/methods.md, draws the pictures and writes the tables: the lines between
+`<!-- made: NAME -->` and `<!-- end -->`.
 
     cmake --preset peers && cmake --build --preset peers     # release with MuJoCo and Orocos KDL
     docs/charts/make.py build/peers              # some 13 minutes; nothing else should run

@@ -187,6 +187,17 @@ static inline void cyclic_reduce_x(struct cyclic_row *row, size_t length, size_t
                            cyclic_size(&row[i + h], kind), n);
 }
 
+/* x of row k of level h from those of its neighbours, which are solutions */
+static inline void cyclic_substitute_x(struct cyclic_row *row, size_t length, size_t k, size_t h,
+                                       enum cyclic_kind kind, uint32_t n)
+{
+    struct cyclic_row *r = &row[k];
+    const uint32_t size = cyclic_size(r, kind);
+    cyclic_sub_columns(r->x, r->L, row[k - h].x, size, cyclic_size(&row[k - h], kind), n);
+    if (k + h < length)
+        cyclic_sub_columns(r->x, r->U, row[k + h].x, size, cyclic_size(&row[k + h], kind), n);
+}
+
 /* x <- the solution for the n right-hand sides in x, row stride n */
 static inline void cyclic_solve(struct cyclic_row *row, size_t length, enum cyclic_kind kind,
                                 uint32_t n)
@@ -200,14 +211,8 @@ static inline void cyclic_solve(struct cyclic_row *row, size_t length, enum cycl
     }
     cyclic_divide_x(&row[0], kind, n);
     for (h /= 2; h > 0; h /= 2)
-        for (size_t k = h; k < length; k += 2 * h) {
-            const uint32_t size = cyclic_size(&row[k], kind);
-            cyclic_sub_columns(row[k].x, row[k].L, row[k - h].x, size,
-                               cyclic_size(&row[k - h], kind), n);
-            if (k + h < length)
-                cyclic_sub_columns(row[k].x, row[k].U, row[k + h].x, size,
-                                   cyclic_size(&row[k + h], kind), n);
-        }
+        for (size_t k = h; k < length; k += 2 * h)
+            cyclic_substitute_x(row, length, k, h, kind, n);
 }
 
 #endif

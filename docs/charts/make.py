@@ -27,12 +27,14 @@ FULL = SimpleNamespace(
     sizes="8,32,128,1024,4096", one=128, map_bodies=64, budget=10, chains="", maps="", points=13,
     robots=("arm7", "quadruped", "humanoid"), cores="8,32,128,512,1024,2048,4096", single="32,128",
     strategies="single,batch,specialised,specialised-batch", inertia=128, seconds=10, half=5,
-    samples=100, published="8,64,256,1024")
+    samples=100, published="8,64,256,1024", fronts="--bodies 64,1000 --threads 1,2 --methods "
+    "aba,crba,scan,tfa,tfa-cr,cfa,cfa-cr,dca,hessenberg")
 QUICK = SimpleNamespace(
     sizes="4,48", one=48, map_bodies=48, budget=1, points=3, robots=("arm7",), cores="8,32",
     chains="--mechanisms random,heavy-tip,alternating,rank-deficient,side-branches,thin,taper "
            "--seeds 2", maps="--bodies 4,48 --states 1 --seeds 2", single="8",
-    strategies="single,batch", inertia=8, seconds=0.4, half=0.2, samples=10, published="8")
+    strategies="single,batch", inertia=8, seconds=0.4, half=0.2, samples=10, published="8",
+    fronts="--bodies 4 --threads 1 --methods aba,tfa")
 PLAN = """\
 hero|{chart} {hero} --methods auto{peers} --rhs qdd --refine 0 --threads 1,2 \
 --strategies {strategies} --precision f64,f32 --kernels {kernels}
@@ -43,6 +45,8 @@ cores|{chart} --mechanisms random --bodies {cores} --methods auto --rhs qdd --re
 --threads 1,2 --strategies single,batch
 single|{chart} {arm} {humanoid} --mechanisms random --bodies {single} --methods aba --rhs qdd \
 --refine 0,1 --precision f64,f32,f32+f64 --strategies single,batch
+front|{chart} {arm} {humanoid} --mechanisms random,thin {fronts} --rhs qdd --refine 0,1 \
+--precision f64,f32,f32+f64
 drift-arm|drift {arm} --precision f64,f32,f32+f64 --step 0.004,0.001 --seconds {seconds} \
 --samples {samples}
 drift-thin|drift --mechanism thin --methods aba,tfa,cfa,dca --precision f64,f32 --step 0.002 \

@@ -12,6 +12,7 @@ import sys
 import pictures_arm
 import pictures_depth
 import pictures_error
+import pictures_front
 import pictures_time
 from frame import COMMAND
 from rows import Rows
@@ -27,6 +28,7 @@ def draw(work, folder, bodies, names=()):
         "hero": lambda: pictures_time.hero(rows("hero")),
         "lambda": lambda: pictures_time.lambda_inv(rows("lambda")),
         "cores": lambda: pictures_time.cores(rows("cores")),
+        "front": lambda: pictures_front.fronts(rows("front")),
         "single": lambda: pictures_time.single(rows("single")),
         "drift": lambda: pictures_error.drift(rows("drift-arm"), rows("drift-thin")),
         "singular": lambda: pictures_arm.singular(*origin),

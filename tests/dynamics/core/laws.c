@@ -77,8 +77,8 @@ static void check_method(tfa_op op, const struct way *way, const tfa_answer *ans
         assert_int_equal(answer->method, way->method);
 }
 
-/* All states of a request by every way, against the oracle; refined, a way loses at most three times
- * what the first one (aba, propagation) loses alone, whose smallest errors are luck. */
+/* All states of a request by every way, against the oracle; refined, a way loses at most three
+ * times what the first one (aba, propagation) loses alone, whose smallest errors are luck. */
 #define LUCK 2e-15
 static void by_every_way(test_robot *robot, const random_states *x, tfa_request r, struct way *ways,
                          size_t count)

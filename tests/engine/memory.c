@@ -36,7 +36,7 @@ static const struct {
 } bounds[] = {
     {7, &plain, 96 * 1024, MIB},
     {64, &plain, 96 * 1024, 8 * MIB}, /* batches of states */
-    {256, &plain, 11 * 1024 + 3 * 8 * 256, 5 * MIB},
+    {256, &plain, 11 * 1024 + 512 + 3 * 8 * 256, 5 * MIB},
     {1000, &plain, 4 * 1024, 4 * MIB},
     {4096, &plain, 4 * 1024, 0},
     {1000, &all, 9 * 1024 + 4004, 0},

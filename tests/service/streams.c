@@ -16,6 +16,15 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+/* On a busy machine those that have left may still count. */
+static void connect_and_leave(const harness *h)
+{
+    tfa_client_options options = harness_options(h, "arm");
+    tfa_client *client;
+    assert_true(WAIT_FOR(tfa_client_connect(&options, &client) == TFA_OK));
+    tfa_client_close(client);
+}
+
 /* Starts the daemon with the given standard error; -1: without any standard stream. */
 static void launch_with(harness *h, int error)
 {
@@ -29,10 +38,7 @@ static void launch_with(harness *h, int error)
         execl(TFA_BINARY_DIR "/bin/totalforced", "totalforced", h->config, (char *)NULL);
         _exit(127);
     }
-    tfa_client_options options = harness_options(h, "arm");
-    tfa_client *client;
-    assert_true(WAIT_FOR(tfa_client_connect(&options, &client) == TFA_OK));
-    tfa_client_close(client);
+    connect_and_leave(h);
 }
 
 #define BURST 20 /* lines in a window of 8.6 s: log.c */
@@ -66,7 +72,7 @@ static void serve_into(int ends[2])
     assert_int_equal(fcntl(ends[1], F_SETFL, 0), 0);
     launch_with(&h, ends[1]);
     for (int i = 0; i < 50; i++)
-        tfa_client_close(harness_connect(&h, "arm", TFA_WAIT_BLOCK));
+        connect_and_leave(&h);
     close(ends[0]);
     close(ends[1]);
 }

@@ -154,7 +154,11 @@ static int make_inputs(struct contest *c)
     const size_t nv = c->nv, nm = nv + 6, six = 6 * (size_t)t->tips;
     const size_t mass = t->op == TFA_OP_MASS_MATRIX ? nm * nm : 0;
     const size_t square = t->op == TFA_OP_DERIVATIVES ? nm * nm : 0;
-    c->answers = n * (nv + 6 + six * six + mass + 3 * square);
+    const size_t forces =
+        t->flags & TFA_WANT_JOINT_FORCES
+            ? 6 * (size_t)c->contestant[0].library->tfa_model_frame_count(c->contestant[0].model)
+            : 0;
+    c->answers = n * (nv + 6 + six * six + mass + 3 * square + forces);
     c->block = calloc(all * (c->nq + 2 * nv + 19) + c->answers, sizeof *c->block);
     if (!c->block)
         return -1;
@@ -170,6 +174,7 @@ static int make_inputs(struct contest *c)
                                .method = t->method,
                                .estimate = t->estimate,
                                .refine = t->refine,
+                               .flags = t->flags,
                                .count = t->states,
                                .tip_count = t->tips};
     find_tips(c);
@@ -183,7 +188,8 @@ static int make_inputs(struct contest *c)
                            .mass_matrix = c->out + n * (nm + six * six),
                            .dqdd_dq = derivatives,
                            .dqdd_dv = derivatives + n * square,
-                           .dqdd_dtau = derivatives + 2 * n * square};
+                           .dqdd_dtau = derivatives + 2 * n * square,
+                           .joint_forces = derivatives + 3 * n * square};
     return 0;
 }
 

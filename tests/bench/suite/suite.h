@@ -110,7 +110,7 @@ struct task {
     tfa_op op;
     tfa_method method;
     tfa_estimate estimate;
-    uint32_t refine, tips, states, threads;
+    uint32_t refine, tips, flags, states, threads;
     tfa_precision precision;
     tfa_residual residual;
     enum how how;

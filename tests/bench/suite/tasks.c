@@ -79,6 +79,7 @@ static size_t workspace_one_bytes(const struct library *l, const tfa_description
 #define DERIVATIVES .op = TFA_OP_DERIVATIVES
 #define LAMBDA .op = TFA_OP_OPERATIONAL_INERTIA
 #define TIP .tips = 1
+#define FORCES .flags = TFA_WANT_JOINT_FORCES
 #define BY(name) .method = TFA_METHOD_##name
 #define ONE .states = 1, .threads = 1
 #define TWO .states = 1, .threads = 2
@@ -108,9 +109,11 @@ const struct task suite_tasks[] = {
     {"fd+payload", "with a payload of the request", FD, METHOD_ONLY, ONE, .given = A_PAYLOAD},
     {"fd+gravity", "with a gravity of the request", FD, METHOD_ONLY, ONE, .given = A_GRAVITY},
     {"fd+wrench", "with a wrench on a link", FD, METHOD_ONLY, ONE, .given = A_WRENCH},
+    {"fd+forces", "and the wrench across every joint", FD, METHOD_ONLY, ONE, FORCES},
     {"fd-same-q", "at a q seen before", FD, METHOD_ONLY, ONE, .how = HOW_SAME_Q},
     {"fd+lambda-same-q", "both at a q seen before", FD, METHOD_ONLY, ONE, TIP, .how = HOW_SAME_Q},
     {"id", "inverse dynamics", ID, METHOD_ONLY, ONE},
+    {"id+forces", "and the wrench across every joint", ID, METHOD_ONLY, ONE, FORCES},
     {"id-cold", "cold", ID, METHOD_ONLY, ONE, .how = HOW_COLD},
     {"mass", "mass matrix", MASS, METHOD_ONLY, ONE, SMALL},
     {"derivatives", "dqdd/dq, dqdd/dv, dqdd/dtau", DERIVATIVES, METHOD_ONLY, ONE, .most = 250},
@@ -179,6 +182,8 @@ const struct task suite_tasks[] = {
     {"batch-f32-id", "in float, inverse dynamics", ID, METHOD_ONLY, BATCH, .precision = TFA_F32},
     {"batch-f32-2", "in float, by two threads", FD, METHOD_ONLY, BATCH_2, .precision = TFA_F32},
     {"batch-id", "inverse dynamics", ID, METHOD_ONLY, BATCH},
+    {"batch-f64+forces", "and the wrench across every joint", FD, METHOD_ONLY, BATCH, FORCES},
+    {"batch-id+forces", "and the wrench across every joint", ID, METHOD_ONLY, BATCH, FORCES},
     {"batch-mass", "mass matrix", MASS, METHOD_ONLY, BATCH},
     {"batch-lambda", "Lambda^-1 of a tip", LAMBDA, METHOD_ONLY, BATCH, TIP},
     /* long chains, by method; -2: on two threads */

@@ -103,4 +103,26 @@ TFA_INLINE void rows_scatter(const num four[NUM_ROW], double *array, size_t stri
 #undef ROWS_PUT
 #endif
 
+/* n neighbouring numbers of every lane: array[stride * lane[l] + k] = x[k], lane l. Lanes of the
+ * same state hold the same numbers. */
+TFA_INLINE void scatter_numbers(const num *x, const uint32_t *lane, double *array, size_t stride,
+                                size_t n)
+{
+    size_t k = 0;
+#ifdef NUM_ROW
+    if (n >= NUM_ROW) {
+#pragma GCC unroll 64
+        for (; k + NUM_ROW <= n; k += NUM_ROW)
+            rows_scatter(x + k, array + k, stride, lane);
+        if (k < n)
+            rows_scatter(x + n - NUM_ROW, array + n - NUM_ROW, stride, lane);
+        k = n;
+    }
+#endif
+    for (; k < n; k++)
+#pragma GCC unroll 16
+        for (uint32_t l = 0; l < NUM_LANES; l++)
+            array[stride * lane[l] + k] = (double)num_lane(x[k], l);
+}
+
 #endif

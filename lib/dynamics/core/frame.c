@@ -29,20 +29,16 @@ static vec3 world_origin(const struct state *s, int32_t body)
     return o;
 }
 
-void TFA_V(frame_in_body)(const struct state *s, uint32_t frame, mat3 *R, vec3 *p)
+xform TFA_V(frame_behind_parts)(const struct state *s, uint32_t frame)
 {
     const struct tfa_frame *f = &s->m->frame[frame];
-    const xform frame_axes = frame_xform(s->m, frame);
-    *R = frame_axes.E;
-    *p = frame_axes.r;
-    if (f->part == 0)
-        return;
     const struct tfa_body *b = &s->body[f->body];
+    xform at = frame_xform(s->m, frame);
     for (uint32_t k = f->part; k < b->n; k++) {
         const xform *P = &s->joint_nd[b->joint_nd].part[k];
-        *R = m3_mm(P->E, *R);
-        *p = m3_mul(P->E, v3_sub(*p, P->r));
+        at = (xform){m3_mm(P->E, at.E), m3_mul(P->E, v3_sub(at.r, P->r))};
     }
+    return at;
 }
 
 uint32_t TFA_V(frame_freedoms)(const struct state *s, uint32_t frame)
@@ -54,15 +50,16 @@ uint32_t TFA_V(frame_freedoms)(const struct state *s, uint32_t frame)
 int32_t TFA_V(frame_at)(const struct state *s, uint32_t frame, tfa_reference_frame mode, mat3 *R,
                         vec3 *p)
 {
-    const struct tfa_frame *f = &s->m->frame[frame];
-    if (f->body < 0)
-        return -1;
-    TFA_V(frame_in_body)(s, frame, R, p);
+    const num o = num_of(0), l = num_of(1);
+    const int32_t body = s->m->frame[frame].body;
+    const xform at = frame_in_body(s, frame);
+    *R = at.E;
+    *p = at.r;
     if (mode != TFA_FRAME_LOCAL)
-        *R = world_axes(s, f->body);
+        *R = body < 0 ? (mat3){l, o, o, o, l, o, o, o, l} : world_axes(s, body);
     if (mode == TFA_FRAME_WORLD)
-        *p = world_origin(s, f->body);
-    return f->body;
+        *p = body < 0 ? v3_zero() : world_origin(s, body);
+    return body;
 }
 
 int32_t TFA_V(frame_columns)(const struct state *s, uint32_t frame, tfa_reference_frame mode,
@@ -71,8 +68,6 @@ int32_t TFA_V(frame_columns)(const struct state *s, uint32_t frame, tfa_referenc
     mat3 R;
     vec3 p;
     const int32_t body = TFA_V(frame_at)(s, frame, mode, &R, &p);
-    if (body < 0)
-        return -1;
     unit_wrenches(R, p, P);
     return body;
 }

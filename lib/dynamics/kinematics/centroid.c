@@ -8,15 +8,6 @@
 #include "dynamics/core/recursions.h"
 #include "dynamics/kinematics/world_pose.h"
 
-void TFA_V(world_poses)(struct state *s)
-{
-    for (uint32_t i = 0; i < s->bodies; i++) {
-        const int32_t parent = s->body[i].parent;
-        s->world[i] = parent < 0 ? world_pose_of_root(&s->X[i])
-                                 : world_pose_step(&s->X[i], &s->world[parent]);
-    }
-}
-
 /* Mass of body i, and mass times its centre in the world */
 static num first_moment(const struct state *s, uint32_t i, vec3 *moment)
 {

@@ -9,9 +9,6 @@
 
 #include "layout/state.h"
 
-/* World poses of all bodies */
-void TFA_V(world_poses)(struct state *s);
-
 /* Mass of all bodies, and their centre; 0 without mass */
 num TFA_V(centre_of_mass)(const struct state *s, vec3 *com);
 

@@ -33,10 +33,12 @@ void TFA_V(tip_locate)(struct state *s, uint32_t t, tfa_reference_frame mode, st
 {
     const uint32_t frame = s->tip[t];
     const int32_t body = s->m->frame[frame].body;
+    const xform at = frame_in_body(s, frame);
     out->frame = mode;
     out->length = 0;
     out->moved = 0;
-    TFA_V(frame_in_body)(s, frame, &out->axes, &out->origin);
+    out->axes = at.E;
+    out->origin = at.r;
     if (body >= 0) {
         out->length = s->body[body].depth;
         out->moved = TFA_V(frame_freedoms)(s, frame);

@@ -15,11 +15,14 @@ static inline struct world_pose world_pose_of_root(const xform *X)
 }
 
 /* E_i^w = E_i E_parent^w,  r_i^w = r_parent^w + E_parent^wT r_i: X of the body, W of its parent */
-static inline struct world_pose world_pose_step(const xform *X, const struct world_pose *W)
+TFA_INLINE struct world_pose world_pose_step(const xform *X, const struct world_pose *W)
 {
     return (struct world_pose){mat3_simd_mul(&X->E, &W->E),
                                vec3_simd_add(W->r, mat3_simd_apply_t(&W->E, X->r))};
 }
+
+/* World poses of all bodies. Needs the pose. O(N) */
+void TFA_V(world_poses)(struct state *s);
 
 /* Axes (columns) and origin of a frame of a body: from the body's to the world's */
 static inline void world_frame(const struct world_pose *W, mat3 *axes, vec3 *origin)

@@ -40,7 +40,6 @@ static uint32_t held_wrenches(const struct state *s, const tfa_request *r, uint3
     for (uint32_t w = 0; w < r->wrench_count; w++) {
         const uint32_t frame = r->wrench_frames[w];
         struct held_wrench *held = &out[count];
-        mat3 axes;
         held->body = s->m->frame[frame].body;
         held->frame = r->frame;
         if (held->body < 0)
@@ -48,13 +47,11 @@ static uint32_t held_wrenches(const struct state *s, const tfa_request *r, uint3
         held->freedoms = TFA_V(frame_freedoms)(s, frame);
         if (r->frame == TFA_FRAME_LOCAL && held->freedoms == s->body[held->body].n)
             continue;
-        TFA_V(frame_in_body)(s, frame, &axes, &held->at);
-        world_frame(&s->world[held->body], &axes, &held->at);
-        if (r->frame == TFA_FRAME_WORLD)
-            held->at = v3_zero();
-        held->at = v3_sub(held->at, origin);
+        xform at = frame_in_body(s, frame);
+        world_frame(&s->world[held->body], &at.E, &at.r);
+        held->at = v3_sub(r->frame == TFA_FRAME_WORLD ? v3_zero() : at.r, origin);
         held->wrench = world_wrench(r->wrenches + 6 * ((size_t)r->wrench_count * k + w),
-                                    r->frame == TFA_FRAME_LOCAL ? &axes : NULL, held->at);
+                                    r->frame == TFA_FRAME_LOCAL ? &at.E : NULL, held->at);
         count++;
     }
     return count;

@@ -8,7 +8,6 @@
 #include <math.h>
 
 #include "dynamics/core/frame.h"
-#include "dynamics/kinematics/centroid.h"
 #include "dynamics/kinematics/world_pose.h"
 #include "dynamics/solve/answer.h"
 #include "dynamics/solve/load.h"
@@ -71,38 +70,13 @@ static void add_force(struct state *s, uint32_t frame, svec f)
     s->link_force[frame] = sv_add(s->link_force[frame], f);
 }
 
-/* Axes (columns) and point that wrenches at a frame go by */
-static void frame_of_wrench(const struct state *s, uint32_t frame, tfa_reference_frame mode,
-                            mat3 *R, vec3 *p)
-{
-    const num o = num_of(0), l = num_of(1);
-    if (TFA_V(frame_at)(s, frame, mode, R, p) >= 0)
-        return;
-    TFA_V(frame_in_body)(s, frame, R, p);
-    if (mode != TFA_FRAME_LOCAL)
-        *R = (mat3){l, o, o, o, l, o, o, o, l};
-    if (mode == TFA_FRAME_WORLD)
-        *p = v3_zero();
-}
-
-static void subtract_wrench(struct state *s, const tfa_request *r, uint32_t k, uint32_t w)
-{
-    const double *x = r->wrenches + 6 * ((size_t)r->wrench_count * k + w);
-    mat3 R;
-    vec3 p;
-    frame_of_wrench(s, r->wrench_frames[w], r->frame, &R, &p);
-    const vec3 force = m3_mul(R, v3_load(x)), moment = m3_mul(R, v3_load(x + 3));
-    add_force(s, r->wrench_frames[w],
-              (svec){v3_neg(v3_add(moment, v3_cross(p, force))), v3_neg(force)});
-}
-
 /* What moves a link besides its joint and its children's, negative */
-static void load_forces(struct state *s, const tfa_request *r, uint32_t k)
+static void load_link_forces(struct state *s, const tfa_request *r)
 {
     for (uint32_t f = 0; f < s->m->frames; f++)
         s->link_force[f] = sv_zero();
     for (uint32_t w = 0; w < r->wrench_count; w++)
-        subtract_wrench(s, r, k, w);
+        add_force(s, r->wrench_frames[w], sv_neg(TFA_V(wrench_of)(s, r, w)));
     for (uint32_t p = 0; p < r->payload_count; p++) {
         const rigid I = payload_inertia(s, r, p);
         add_force(s, r->payload_frames[p],
@@ -137,12 +111,11 @@ static int store_force(const struct state *s, uint32_t frame, tfa_reference_fram
 {
     const int32_t body = s->m->frame[frame].body;
     const svec f = s->link_force[frame];
-    mat3 R;
-    vec3 p, force = f.v, moment = f.w;
-    TFA_V(frame_in_body)(s, frame, &R, &p);
+    vec3 force = f.v, moment = f.w;
     if (mode != TFA_FRAME_WORLD)
-        moment = v3_sub(moment, v3_cross(p, force));
+        moment = v3_sub(moment, v3_cross(frame_in_body(s, frame).r, force));
     if (mode == TFA_FRAME_LOCAL) {
+        const mat3 R = frame_in_body(s, frame).E;
         force = m3_tmul(R, force);
         moment = m3_tmul(R, moment);
     } else if (body >= 0) {
@@ -178,7 +151,7 @@ int TFA_V(answer_joint_forces)(struct state *s, const tfa_request *r, struct tfa
     s->by = by;
     TFA_V(load)(s, &inverse, k, 1);
     accelerate(s);
-    load_forces(s, r, k);
+    load_link_forces(s, r);
     sum_inward(s);
     if (r->frame != TFA_FRAME_LOCAL)
         TFA_V(world_poses)(s);

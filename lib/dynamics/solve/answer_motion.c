@@ -133,12 +133,10 @@ static int answer_frame_poses(struct state *s, double *out)
     int finite = 1;
     for (uint32_t f = 0; f < s->m->frames; f++, out += 7) {
         const int32_t body = s->m->frame[f].body;
-        mat3 axes;
-        vec3 origin;
-        TFA_V(frame_in_body)(s, f, &axes, &origin);
+        xform at = frame_in_body(s, f);
         if (body >= 0)
-            world_frame(&s->world[body], &axes, &origin);
-        store_pose(out, axes, origin);
+            world_frame(&s->world[body], &at.E, &at.r);
+        store_pose(out, at.E, at.r);
         finite &= is_finite(out, 7);
     }
     return finite;

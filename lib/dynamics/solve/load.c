@@ -6,9 +6,6 @@
  */
 #include "dynamics/solve/load.h"
 
-#include <float.h>
-#include <math.h>
-
 #include "dynamics/core/recursions.h"
 #include "interface/traits.h"
 
@@ -223,7 +220,6 @@ static int sees_tips_only(const struct state *s, const tfa_request *r)
 void TFA_V(load)(struct state *s, const tfa_request *r, uint32_t k, uint32_t count)
 {
     load_indices(s, r, k, count);
-    s->gravity = v3_load(r->gravity ? r->gravity : s->m->gravity);
     load_pose(s, r);
     TFA_V(pose)(s);
     if (!reads_velocity(r))
@@ -231,18 +227,6 @@ void TFA_V(load)(struct state *s, const tfa_request *r, uint32_t k, uint32_t cou
     load_motion(s, r);
     if (!sees_tips_only(s, r))
         TFA_V(velocity)(s);
-}
-
-/* 0, or not a number where x is not finite as a double: x - x; a wider number may be too large
- * for one */
-static num nonfinite(num x)
-{
-    if (NUM_EPSILON < 0x1p-60) {
-        num_mask small = x <= num_of(DBL_MAX);
-        small &= x >= num_of(-DBL_MAX);
-        x = num_select(small, x, num_of(INFINITY));
-    }
-    return x - x;
 }
 
 int TFA_V(unload)(const struct state *s, const num *x, double *base, double *joints)

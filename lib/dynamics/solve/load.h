@@ -6,6 +6,9 @@
 #ifndef TFA_DYNAMICS_SOLVE_LOAD_H
 #define TFA_DYNAMICS_SOLVE_LOAD_H
 
+#include <float.h>
+#include <math.h>
+
 #include "interface/traits.h"
 #include "layout/state.h"
 
@@ -13,12 +16,13 @@
  * lanes that are left over: pose and velocity terms are computed too. */
 void TFA_V(load)(struct state *s, const tfa_request *r, uint32_t k, uint32_t count);
 
-/* First part of load: the indices of states and tips. */
+/* First part of load: the indices of states and tips, and gravity. */
 static inline void load_indices(struct state *s, const tfa_request *r, uint32_t k, uint32_t count)
 {
     s->lanes = count;
     for (uint32_t l = 0; l < NUM_LANES; l++)
         s->lane[l] = k + (l < count ? l : count - 1);
+    s->gravity = v3_load(r->gravity ? r->gravity : s->m->gravity);
     s->tips = r->tip_count;
     s->located = 0;
     s->path_body = -1;
@@ -40,6 +44,18 @@ static inline void scatter_states(const struct state *s, num x, double *array, s
     for (uint32_t l = 0; l < s->lanes; l++)
         array[stride * l] = (double)num_lane(x, l);
 #endif
+}
+
+/* 0, or not a number where x is not finite as a double: x - x; a wider number may be too large
+ * for one */
+static inline num nonfinite(num x)
+{
+    if (NUM_EPSILON < 0x1p-60) {
+        num_mask small = x <= num_of(DBL_MAX);
+        small &= x >= num_of(-DBL_MAX);
+        x = num_select(small, x, num_of(INFINITY));
+    }
+    return x - x;
 }
 
 /* Inner freedoms of the states at hand from public arrays, those of the base (NULL: 0) and those of

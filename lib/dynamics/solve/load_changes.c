@@ -180,18 +180,26 @@ int TFA_V(load_changes)(struct state *s, const tfa_request *r)
 
 /* ---- wrenches ---- */
 
-/* Sum of the unit wrenches at a frame times the six numbers of wrench w. On a frame inside a fused
- * joint it acts as on the body, but for the freedoms behind it, which it does not load. */
-static void add_wrench(struct state *s, const tfa_request *r, uint32_t w)
+/* Sum of the unit wrenches at its frame times the six numbers of wrench w */
+svec TFA_V(wrench_of)(const struct state *s, const tfa_request *r, uint32_t w)
 {
-    const uint32_t frame = r->wrench_frames[w];
     svec P[6], sum = sv_zero();
-    const int32_t body = TFA_V(frame_columns)(s, frame, r->frame, P);
-    if (body < 0)
-        return;
+    (void)TFA_V(frame_columns)(s, r->wrench_frames[w], r->frame, P);
     for (int e = 0; e < 6; e++)
         sum = sv_add(sum, sv_scale(P[e], gather_states(s, r->wrenches, (size_t)6 * r->wrench_count,
                                                        (size_t)6 * w + (size_t)e)));
+    return sum;
+}
+
+/* On a frame inside a fused joint it acts as on the body, but for the freedoms behind it, which it
+ * does not load. */
+static void add_wrench(struct state *s, const tfa_request *r, uint32_t w)
+{
+    const uint32_t frame = r->wrench_frames[w];
+    const int32_t body = s->m->frame[frame].body;
+    if (body < 0)
+        return;
+    const svec sum = TFA_V(wrench_of)(s, r, w);
     s->wrench[body] = sv_add(s->wrench[body], sum);
     const struct tfa_body *b = &s->body[body];
     const uint32_t moved = TFA_V(frame_freedoms)(s, frame);

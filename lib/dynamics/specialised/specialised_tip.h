@@ -64,7 +64,7 @@ TFA_INLINE num_mask store_lambda(const struct mat6_simd *C, const struct lane_st
                                  double *out)
 {
     const num *entry = (const num *)C;
-    scatter_numbers(entry, at, out, 36, 36);
+    scatter_numbers(entry, at->lane, out, 36, 36);
     return finite_states(entry, 36);
 }
 #else

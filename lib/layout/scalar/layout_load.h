@@ -17,6 +17,9 @@ int TFA_V(load_changes)(struct state *s, const tfa_request *r);
 uint32_t TFA_V(load_spans)(const struct state *s, const tfa_request *r,
                            struct span out[TFA_MAX_TIPS]);
 
+/* Wrench w of the request in the coordinates of its link's body or of the world. Needs the pose. */
+svec TFA_V(wrench_of)(const struct state *s, const tfa_request *r, uint32_t w);
+
 /* s->wrench, and the forces that follow from it. Needs the pose. */
 void TFA_V(load_wrenches)(struct state *s, const tfa_request *r);
 

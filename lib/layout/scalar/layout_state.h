@@ -9,6 +9,7 @@
 #include <totalforce/dynamics.h>
 
 #include "model/model.h"
+#include "spatial/vec6.h"
 
 /* Constants that are not rounded: in quadruple precision only */
 #ifdef NUM_QUAD
@@ -17,18 +18,11 @@
 #define STATE_QUADS(count) 0
 #endif
 
-/* Pose of a body in the world: its axes by rows, and its origin. Batches have no use for it. */
-#if NUM_LANES == 1
-#include "spatial/vec6.h"
+/* Pose of a body in the world: its axes by rows, and its origin */
 struct world_pose {
     struct mat3_simd E;
     vec3_simd r;
 };
-#else
-struct world_pose {
-    num none;
-};
-#endif
 
 /* Derivatives (dynamics/derivatives), in world axes about a reference point: of a freedom, */
 struct freedom_terms {
@@ -71,7 +65,7 @@ struct subtree {
           "mimic: T^T M T, then its LDL factors")                                                  \
     ARRAY(num, y, m->mimics ? nv : 0, "", "joint", "mimic: right-hand sides of T^T M T and of S")  \
     ARRAY(uint8_t, side, nb, "", "", "tfa: SIDE, CHAIN, CARRIES of each body")                     \
-    ARRAY(struct world_pose, world, NUM_LANES == 1 ? nb : 0, "1, m", "world", "motion")            \
+    ARRAY(struct world_pose, world, nb, "1, m", "world", "world_poses")                            \
     ARRAY(uint32_t, tip_path, m->depth, "", "", "motion: a tip's support, root first")             \
     ARRAY(uint32_t, path, m->depth, "", "", "tfa: a tip's chain, root first")                      \
     ARRAY(char, rows, TFA_V(chain_bytes)(m, n.methods), "", "",                                    \

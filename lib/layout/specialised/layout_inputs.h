@@ -51,27 +51,6 @@ TFA_INLINE void gather_numbers(num *out, const struct lane_states *at, const dou
         out[k] = array ? num_gather(array + k, stride, at->lane) : num_of(0);
 }
 
-/* The reverse, of numbers 0 .. n - 1. Lanes of the same state hold the same numbers. */
-TFA_INLINE void scatter_numbers(const num *x, const struct lane_states *at, double *array,
-                                size_t stride, size_t n)
-{
-    size_t k = 0;
-#ifdef NUM_ROW
-    if (n >= NUM_ROW) {
-#pragma GCC unroll 64
-        for (; k + NUM_ROW <= n; k += NUM_ROW)
-            rows_scatter(x + k, array + k, stride, at->lane);
-        if (k < n)
-            rows_scatter(x + n - NUM_ROW, array + n - NUM_ROW, stride, at->lane);
-        k = n;
-    }
-#endif
-    for (; k < n; k++)
-#pragma GCC unroll 16
-        for (uint32_t l = 0; l < NUM_LANES; l++)
-            array[stride * at->lane[l] + k] = num_lane(x[k], l);
-}
-
 /* Whether the coordinates are those of the request, one by one */
 TFA_INLINE int is_identity_map(void)
 {
@@ -144,9 +123,9 @@ TFA_INLINE void scatter_outputs(const num *x, const struct lane_states *at, doub
     for (size_t j = ROBOT_BASE; j < ROBOT_FREEDOMS; j++)
         y[robot_freedom[j - ROBOT_BASE].from] = x[j];
     if (base)
-        scatter_numbers(x, at, base, 6, ROBOT_BASE);
+        scatter_numbers(x, at->lane, base, 6, ROBOT_BASE);
     if (joints)
-        scatter_numbers(y, at, joints, ROBOT_V_COUNT, ROBOT_V_COUNT);
+        scatter_numbers(y, at->lane, joints, ROBOT_V_COUNT, ROBOT_V_COUNT);
 }
 
 #endif

@@ -24,10 +24,8 @@ static uint32_t compared;
 static void total_force(const struct state *s, uint32_t frame, const struct row *row, double F[6])
 {
     const svec f = sv_from(row->F);
-    mat3 R;
-    vec3 p;
-    TFA_V(frame_in_body)(s, frame, &R, &p);
-    const vec3 force = m3_tmul(R, f.v), moment = m3_tmul(R, v3_sub(f.w, v3_cross(p, f.v)));
+    const xform at = frame_in_body(s, frame);
+    const vec3 force = m3_tmul(at.E, f.v), moment = m3_tmul(at.E, v3_sub(f.w, v3_cross(at.r, f.v)));
     const num x[6] = {force.x, force.y, force.z, moment.x, moment.y, moment.z};
     for (int e = 0; e < 6; e++)
         F[e] = (double)x[e];

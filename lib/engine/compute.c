@@ -40,9 +40,8 @@ static void answer_motion(tfa_workspace *w, const struct call *c, uint32_t trait
             fail_answer(w, c, k, reply);
 }
 
-/* Of states k .. k + count - 1, which have accelerations */
-static void answer_joint_forces(tfa_workspace *w, const struct call *c, uint32_t k, uint32_t count,
-                                tfa_reply *reply)
+void tfa_add_joint_forces(tfa_workspace *w, const struct call *c, uint32_t k, uint32_t count,
+                          tfa_reply *reply)
 {
     for (uint32_t end = k + count; reply->joint_forces && k < end; k++)
         if (!w->kernel->answer_joint_forces(w->state, c->request, c->by, k, reply))
@@ -56,10 +55,11 @@ void tfa_compute_by(tfa_workspace *w, const struct call *c, uint32_t row, uint32
         uint32_t done = 0, s = row;
         while ((done = c->strategy[s]->run(w, c, k, end, reply)) == 0)
             s++; /* the last row answers everything */
-        if (c->traits & TRAITS_MOTION & ~c->strategy[s]->motion)
-            answer_motion(w, c, ~c->strategy[s]->motion, k, done, reply);
-        if (c->traits & TRAIT_JOINT_FORCES)
-            answer_joint_forces(w, c, k, done, reply);
+        const uint32_t left = c->traits & TRAITS_ADDED & ~c->strategy[s]->added;
+        if (left & TRAITS_MOTION)
+            answer_motion(w, c, left, k, done, reply);
+        if (left & TRAIT_JOINT_FORCES)
+            tfa_add_joint_forces(w, c, k, done, reply);
         k += done;
     }
 }

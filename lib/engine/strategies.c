@@ -282,6 +282,8 @@ static uint32_t run_lanes(tfa_workspace *w, const struct call *c, uint32_t k, ui
         return 0;
     for (uint32_t l = 0; l < count; l++)
         tfa_finish_state(w, c, k + l, &answers[l], reply);
+    if (w->precision == TFA_F32 && c->traits & TRAIT_JOINT_FORCES)
+        tfa_add_joint_forces(w, c, k, count, reply);
     return count;
 }
 
@@ -372,16 +374,16 @@ static uint32_t run_scalar(tfa_workspace *w, const struct call *c, uint32_t k, u
 static const struct strategy strategies[TFA_STRATEGIES] = {
     {"specialised", has_specialised, TRAIT_FD | TRAIT_ID | TRAIT_OSIM, SCALAR_ONLY, 0, SPECIALISED,
      specialised_serves, run_specialised},
-    {"mixed", has_residual_kernel, ANY_OP, 0, TRAITS_MOTION, TFA_METHODS_ALL, NULL, tfa_run_mixed},
+    {"mixed", has_residual_kernel, ANY_OP, 0, TRAITS_ADDED, TFA_METHODS_ALL, NULL, tfa_run_mixed},
     {"segment lanes", has_segments, TRAIT_FD, REFUSED_BY_FACTORS | TRAIT_TIPS, 0, SCANS, NULL,
      run_segments},
     {"partition", has_partition, TRAIT_FD | TRAIT_OSIM, TRAITS_CHANGED | SCALAR_ONLY, 0, CYCLIC,
      partition_serves, run_partition},
-    {"batch", has_batch, TRAIT_FD | TRAIT_ID | TRAIT_M, TRAIT_TIPS, 0, TFA_METHODS_ALL,
-     batch_serves, run_batch},
+    {"batch", has_batch, TRAIT_FD | TRAIT_ID | TRAIT_M, TRAIT_TIPS, TRAIT_JOINT_FORCES,
+     TFA_METHODS_ALL, batch_serves, run_batch},
     {"body lanes", has_body_lanes, TRAIT_FD | TRAIT_OSIM, REFUSED_BY_FACTORS | TRAIT_LAMBDA,
      TRAIT_TIP_MOTION, ARTICULATED, body_lanes_serve, run_body_lanes},
-    {"scalar", always, ANY_OP, 0, TRAITS_MOTION, TFA_METHODS_ALL, NULL, run_scalar},
+    {"scalar", always, ANY_OP, 0, TRAITS_ADDED, TFA_METHODS_ALL, NULL, run_scalar},
 };
 
 uint32_t tfa_strategies_of(const tfa_workspace *w, const struct strategy **out)

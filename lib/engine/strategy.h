@@ -27,7 +27,7 @@ struct strategy {
     int (*is_available)(const tfa_workspace *w);
     uint32_t ops;     /* ops that it serves, TRAIT_FD .. */
     uint32_t refuses; /* traits */
-    uint32_t motion;  /* TRAITS_MOTION that its run answers; the kernel of one state adds others */
+    uint32_t added;   /* TRAITS_ADDED that its run answers; the kernel of one state adds others */
     uint32_t methods; /* resolved methods that it serves: TFA_METHOD_BITs */
     /* Further conditions; NULL: none */
     int (*serves)(const tfa_workspace *w, const struct call *c);
@@ -49,6 +49,10 @@ struct tfa_resolved tfa_resolve_method(const tfa_workspace *w, const tfa_request
 /* States k .. end - 1 of a call by its strategies from `row` on: compute.c */
 void tfa_compute_by(tfa_workspace *w, const struct call *c, uint32_t row, uint32_t k, uint32_t end,
                     tfa_reply *reply);
+
+/* joint_forces of states k .. k + count - 1, which have accelerations: compute.c */
+void tfa_add_joint_forces(tfa_workspace *w, const struct call *c, uint32_t k, uint32_t count,
+                          tfa_reply *reply);
 
 /* The runs of the rows, see strategies.c; mixed precision: mixed.c */
 uint32_t tfa_run_mixed(tfa_workspace *w, const struct call *c, uint32_t k, uint32_t end,

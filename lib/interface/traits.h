@@ -44,6 +44,8 @@ enum {
 #define TRAITS_DYNAMICS (TRAITS_FORWARD | TRAIT_ID | TRAIT_BIAS)
 /* Answers of kinematics besides those of the op */
 #define TRAITS_MOTION (TRAIT_TIP_MOTION | TRAIT_BODY_MOTION)
+/* Answers besides those of the op that the kernel of one state adds to those of any other */
+#define TRAITS_ADDED (TRAITS_MOTION | TRAIT_JOINT_FORCES)
 /* Changes of the model's constants or forces */
 #define TRAITS_CHANGED (TRAIT_WRENCH | TRAIT_PAYLOAD | TRAIT_LOCK)
 /* Lists that name frames or joints */

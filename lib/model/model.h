@@ -94,6 +94,7 @@ struct tfa_link_mass {
     double mass, h[3], I[6]; /* as in tfa_body, about the origin of its body's frame */
     const struct tfa_mass_properties *quad; /* the same, not rounded */
     int32_t parent;                         /* the link before its joint; -1: it is the root */
+    uint8_t is_first;                       /* 1: its joint is that of its body */
 };
 
 /* Source of an inner coordinate or freedom. Public arrays follow the declared order without

@@ -9,7 +9,9 @@
 #define ALWAYS TFA_ESTIMATE_ALWAYS
 #define USUAL .refine = TFA_REFINE_DEFAULT
 #define FORWARD .op = TFA_OP_FORWARD_DYNAMICS
+#define INVERSE .op = TFA_OP_INVERSE_DYNAMICS
 #define LAMBDA .op = TFA_OP_OPERATIONAL_INERTIA
+#define FORCES(where) .flags = TFA_WANT_JOINT_FORCES, .frame = TFA_FRAME_##where
 
 const question questions[] = {
     {"forward dynamics", FORWARD, USUAL},
@@ -33,9 +35,17 @@ const question questions[] = {
     {"dca", FORWARD, USUAL, .method = TFA_METHOD_DCA},
     {"scan", FORWARD, USUAL, .method = TFA_METHOD_SCAN},
     {"scan-two-pass", FORWARD, USUAL, .method = TFA_METHOD_SCAN_TWO_PASS},
-    {"inverse dynamics", .op = TFA_OP_INVERSE_DYNAMICS, USUAL},
-    {"inverse dynamics with wrenches", .op = TFA_OP_INVERSE_DYNAMICS, USUAL, .wrenches = true},
-    {"inverse dynamics at rest", .op = TFA_OP_INVERSE_DYNAMICS, USUAL, .resting = true},
+    {"inverse dynamics", INVERSE, USUAL},
+    {"inverse dynamics with wrenches", INVERSE, USUAL, .wrenches = true},
+    {"inverse dynamics at rest", INVERSE, USUAL, .resting = true},
+    {"joint forces", FORWARD, USUAL, FORCES(LOCAL_WORLD_ALIGNED)},
+    {"joint forces at rest", FORWARD, USUAL, FORCES(LOCAL), .resting = true},
+    {"joint forces with wrenches", FORWARD, USUAL, FORCES(LOCAL), .wrenches = true},
+    {"joint forces with a payload", FORWARD, USUAL, FORCES(WORLD), .payload = true},
+    {"joint forces with a locked joint", FORWARD, USUAL, FORCES(WORLD), .locked = true},
+    {"joint forces by tfa", FORWARD, USUAL, FORCES(WORLD), .method = TFA_METHOD_TFA},
+    {"joint forces with one tip", FORWARD, USUAL, FORCES(LOCAL), .tips = 1},
+    {"joint forces of inverse dynamics", INVERSE, USUAL, FORCES(WORLD), .wrenches = true},
     {"mass matrix", .op = TFA_OP_MASS_MATRIX, USUAL},
     {"mass matrix and poses", .op = TFA_OP_MASS_MATRIX, USUAL, .tips = 2, .flags = TFA_WANT_POSES},
     {"lambda of one tip", LAMBDA, USUAL, .tips = 1},
@@ -76,6 +86,7 @@ tfa_request question_request(const test_robot *robot, const question *q, const r
     r.estimate = q->estimate;
     r.refine = q->refine;
     r.flags = q->flags;
+    r.frame = q->frame;
     r.count = count;
     r.tip_count = q->tips;
     for (uint32_t t = 0; t < q->tips; t++) /* the last links: ends of branches, as a rule */
@@ -105,7 +116,9 @@ answers *answers_create(const test_robot *robot, uint32_t count)
     a->count = count;
     a->n = robot->n;
     a->nv = robot->nv;
-    a->numbers = 2 * nv + 12 + (size_t)36 * MOST_TIPS * MOST_TIPS + n * n + 7 * MOST_TIPS;
+    a->frames = tfa_model_frame_count(robot->model);
+    a->numbers = 2 * nv + 12 + (size_t)36 * MOST_TIPS * MOST_TIPS + n * n + 7 * MOST_TIPS +
+                 6 * (size_t)a->frames;
     a->memory = malloc(k * a->numbers * sizeof(double));
     a->each = malloc(k * sizeof *a->each);
     double *at = a->memory;
@@ -115,7 +128,8 @@ answers *answers_create(const test_robot *robot, uint32_t count)
     a->base_wrench = at += k * 6;
     a->lambda_inv = at += k * 6;
     a->mass_matrix = at += k * 36 * MOST_TIPS * MOST_TIPS;
-    a->poses = at + k * n * n;
+    a->poses = at += k * n * n;
+    a->joint_forces = at + k * 7 * MOST_TIPS;
     return a;
 }
 
@@ -135,6 +149,7 @@ tfa_reply answers_reply(const answers *a, uint32_t k, uint32_t tips)
                        .lambda_inv = a->lambda_inv + 36 * (size_t)k * tips * tips,
                        .mass_matrix = a->mass_matrix + (size_t)k * a->n * a->n,
                        .poses = a->poses + 7 * (size_t)k * tips,
+                       .joint_forces = a->joint_forces + 6 * (size_t)k * a->frames,
                        .answers = a->each + k};
 }
 

@@ -16,6 +16,7 @@ typedef struct question {
     tfa_estimate estimate;
     uint32_t refine, tips, flags;
     bool wrenches, resting, payload, locked;
+    tfa_reference_frame frame;
 } question;
 
 extern const question questions[];
@@ -30,9 +31,10 @@ tfa_request question_request(const test_robot *robot, const question *q, const r
 
 /** All that a workspace answers about up to `count` states; what nothing was written to is NaN. */
 typedef struct answers {
-    uint32_t count, n, nv;
+    uint32_t count, n, nv, frames;
     size_t numbers; /**< of one state */
     double *qdd, *tau, *base_acceleration, *base_wrench, *lambda_inv, *mass_matrix, *poses;
+    double *joint_forces;
     tfa_answer *each;
     double *memory;
 } answers;

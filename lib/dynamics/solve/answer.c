@@ -254,6 +254,13 @@ static int answer_op(struct state *s, const tfa_request *request, uint32_t k, tf
     }
 }
 
+/* Float by itself leaves them to double. */
+static int wants_joint_forces(const struct state *s, const tfa_request *r, const tfa_reply *reply)
+{
+    return NUM_EPSILON < 0x1p-30 && r->flags & TFA_WANT_JOINT_FORCES && reply->joint_forces &&
+           TFA_OP_BIT(r->op) & (TRAIT_FD | TRAIT_ID) && !s->lanes_diverged;
+}
+
 int TFA_V(answer)(struct state *s, const tfa_request *request, struct tfa_resolved by, uint32_t k,
                   uint32_t count, tfa_reply *reply, tfa_answer *answer)
 {
@@ -267,6 +274,9 @@ int TFA_V(answer)(struct state *s, const tfa_request *request, struct tfa_resolv
         TFA_V(locate_tips)(s);
 #endif
     answer->status = answer_op(s, request, k, reply, answer);
+    if (answer->status == TFA_OK && wants_joint_forces(s, request, reply) &&
+        !TFA_V(answer_joint_forces_loaded)(s, request, reply))
+        answer->status = TFA_E_NOT_COMPUTED;
 #if NUM_LANES == 1
     if (answer->status == TFA_OK && is_operational(request))
         answer->status = TFA_V(answer_operational)(s, request, k, reply, answer);

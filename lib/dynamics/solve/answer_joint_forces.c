@@ -3,16 +3,17 @@
  *
  * Total forces: the wrench that each joint transmits, fixed joints included, from accelerations
  * that are known. The total force of Fijany and Featherstone (2013), of which (58) is
- * H^T F = tau and the equations of motion of the links are the rest.
+ * H^T F = tau and the equations of motion of the links are the rest. Across joints that move it is
+ * the force of inverse dynamics; links behind fixed joints are added up by themselves.
  */
-#include <math.h>
-
 #include "dynamics/core/frame.h"
+#include "dynamics/core/recursions.h"
 #include "dynamics/kinematics/world_pose.h"
 #include "dynamics/solve/answer.h"
 #include "dynamics/solve/load.h"
 #include "layout/body.h"
 #include "spatial/rigid.h"
+#include "spatial/rows.h"
 
 /* What a link weighs by itself, about the origin of its body's frame */
 static rigid link_inertia(const struct tfa_link_mass *l)
@@ -49,42 +50,39 @@ static svec inertial_force(const struct state *s, int32_t body, const rigid *c)
     return s->moving ? sv_add(f, s6_rigid_bias(c->I, c->h, c->m, s->v[body])) : f;
 }
 
-/* a_i = X_i a_parent + c_i + H_i qdd_i, that of the world being -gravity */
-static void accelerate(struct state *s)
-{
-    const svec ground = {v3_zero(), v3_neg(s->gravity)};
-    for (uint32_t i = 0; i < s->bodies; i++) {
-        const struct tfa_body *b = &s->body[i];
-        svec a = xform_motion(&s->X[i], b->parent < 0 ? ground : s->a[b->parent]);
-        if (s->moving)
-            a = sv_add(a, s->c[i]);
-        add_joint_motion(s, b, s->qdd + b->v, &a);
-        s->a[i] = a;
-    }
-}
-
 /* ---- forces on links, in the frames of their bodies ---- */
+
+/* F of a link: of the first one of a body that of the recursion */
+static const svec *force_on(const struct state *s, uint32_t frame)
+{
+    return s->m->link[frame].is_first ? &s->f[s->m->frame[frame].body] : &s->link_force[frame];
+}
 
 static void add_force(struct state *s, uint32_t frame, svec f)
 {
     s->link_force[frame] = sv_add(s->link_force[frame], f);
 }
 
-/* What moves a link besides its joint and its children's, negative */
+/* What moves a link besides its joint and its children's, negative: of links behind fixed joints */
 static void load_link_forces(struct state *s, const tfa_request *r)
 {
+    const struct tfa_link_mass *link = s->m->link;
     for (uint32_t f = 0; f < s->m->frames; f++)
-        s->link_force[f] = sv_zero();
+        if (!link[f].is_first)
+            s->link_force[f] = sv_zero();
     for (uint32_t w = 0; w < r->wrench_count; w++)
-        add_force(s, r->wrench_frames[w], sv_neg(TFA_V(wrench_of)(s, r, w)));
+        if (!link[r->wrench_frames[w]].is_first)
+            add_force(s, r->wrench_frames[w], sv_neg(TFA_V(wrench_of)(s, r, w)));
     for (uint32_t p = 0; p < r->payload_count; p++) {
+        const uint32_t frame = r->payload_frames[p];
+        if (link[frame].is_first)
+            continue;
         const rigid I = payload_inertia(s, r, p);
-        add_force(s, r->payload_frames[p],
-                  inertial_force(s, s->m->frame[r->payload_frames[p]].body, &I));
+        add_force(s, frame, inertial_force(s, s->m->frame[frame].body, &I));
     }
 }
 
-/* F = I a + v x* I v - wrench + sum of the children's F */
+/* F = I a + v x* I v - wrench + sum of the children's F, of the same links */
 static void sum_inward(struct state *s)
 {
     const struct tfa_model *m = s->m;
@@ -92,25 +90,25 @@ static void sum_inward(struct state *s)
         const uint32_t frame = m->link_order[k];
         const struct tfa_link_mass *l = &m->link[frame];
         const int32_t body = m->frame[frame].body;
-        if (l->mass != 0 || l->I[0] != 0 || l->I[3] != 0 || l->I[5] != 0) {
+        if (!l->is_first && (l->mass != 0 || l->I[0] != 0 || l->I[3] != 0 || l->I[5] != 0)) {
             const rigid I = link_inertia(l);
             add_force(s, frame, inertial_force(s, body, &I));
         }
-        if (l->parent < 0)
+        if (l->parent < 0 || m->link[l->parent].is_first)
             continue;
-        const svec f = s->link_force[frame];
-        const int moves = body != m->frame[l->parent].body;
-        add_force(s, (uint32_t)l->parent, moves ? xform_t_force(&s->X[body], f) : f);
+        const svec f = *force_on(s, frame);
+        add_force(s, (uint32_t)l->parent, l->is_first ? xform_t_force(&s->X[body], f) : f);
     }
 }
 
 /* ---- the answer ---- */
 
-/* Writes F of a link in the frame that the request asks for. Returns 1 when all is finite. */
-static int store_force(const struct state *s, uint32_t frame, tfa_reference_frame mode, double *out)
+/* Writes F of a link in the frame that the request asks for. Returns 0, or not a number where it is
+ * not finite. */
+static num store_force(const struct state *s, uint32_t frame, tfa_reference_frame mode, double *out)
 {
     const int32_t body = s->m->frame[frame].body;
-    const svec f = s->link_force[frame];
+    const svec f = *force_on(s, frame);
     vec3 force = f.v, moment = f.w;
     if (mode != TFA_FRAME_WORLD)
         moment = v3_sub(moment, v3_cross(frame_in_body(s, frame).r, force));
@@ -126,38 +124,46 @@ static int store_force(const struct state *s, uint32_t frame, tfa_reference_fram
             moment = v3_add(moment, v3_cross(vec3_of_simd(W->r), force));
     }
     const num x[6] = {force.x, force.y, force.z, moment.x, moment.y, moment.z};
-    int finite = 1;
-    for (int e = 0; e < 6; e++) {
-        out[e] = (double)x[e];
-        finite &= isfinite(out[e]) != 0;
-    }
-    return finite;
+    num sum = num_of(0);
+    scatter_numbers(x, s->lane, out, 6 * (size_t)s->m->frames, 6);
+    for (int e = 0; e < 6; e++)
+        sum += nonfinite(x[e]);
+    return sum;
 }
 
-/* Accelerations are those of the reply, whatever computed them, or those of the request. */
-int TFA_V(answer_joint_forces)(struct state *s, const tfa_request *r, struct tfa_resolved by,
-                               uint32_t k, tfa_reply *reply)
+/* Of motions and forces that are there */
+static int answer_links(struct state *s, const tfa_request *r, tfa_reply *reply)
 {
-    const struct tfa_model *m = s->m;
-    tfa_request inverse = *r;
-    inverse.op = TFA_OP_INVERSE_DYNAMICS;
-    inverse.flags = 0;
-    if (r->op == TFA_OP_FORWARD_DYNAMICS) {
-        inverse.qdd = reply->qdd;
-        inverse.base_acceleration = reply->base_acceleration;
-        if ((m->v_count && !reply->qdd) || (m->base_freedoms && !reply->base_acceleration))
-            return 0;
-    }
-    s->by = by;
-    TFA_V(load)(s, &inverse, k, 1);
-    accelerate(s);
+    num sum = num_of(0);
     load_link_forces(s, r);
     sum_inward(s);
     if (r->frame != TFA_FRAME_LOCAL)
         TFA_V(world_poses)(s);
-    int finite = 1;
-    for (uint32_t f = 0; f < m->frames; f++)
-        finite &=
-            store_force(s, f, r->frame, reply->joint_forces + 6 * ((size_t)m->frames * k + f));
-    return finite;
+    for (uint32_t f = 0; f < s->m->frames; f++)
+        sum += store_force(s, f, r->frame, reply->joint_forces + 6 * (size_t)f);
+    return num_all(sum == num_of(0));
 }
+
+int TFA_V(answer_joint_forces_loaded)(struct state *s, const tfa_request *r, tfa_reply *reply)
+{
+    const struct tfa_model *m = s->m;
+    if (r->op == TFA_OP_FORWARD_DYNAMICS) {
+        if ((m->v_count && !reply->qdd) || (m->base_freedoms && !reply->base_acceleration))
+            return 0;
+        TFA_V(load_accelerations)(s, reply->base_acceleration, reply->qdd);
+        TFA_V(rnea)(s, s->qdd, s->dx, 1);
+    }
+    return answer_links(s, r, reply);
+}
+
+#if NUM_LANES == 1
+int TFA_V(answer_joint_forces)(struct state *s, const tfa_request *r, struct tfa_resolved by,
+                               uint32_t k, tfa_reply *reply)
+{
+    s->by = by;
+    TFA_V(load)(s, r, k, 1);
+    if (r->op == TFA_OP_INVERSE_DYNAMICS)
+        TFA_V(rnea)(s, s->qdd, s->dx, 1);
+    return TFA_V(answer_joint_forces_loaded)(s, r, reply);
+}
+#endif

@@ -100,7 +100,7 @@ struct subtree {
     ARRAY(struct subtree, subtree, STATE_DERIVATIVES ? nb : 0, "", "world", "derivatives")         \
     ARRAY(num, derivatives, (3 * STATE_DERIVATIVES + 7) * STATE_DERIVATIVES, "", "joint",          \
           "derivatives: of forces by q, by v; M^-1")                                               \
-    ARRAY(svec, link_force, NUM_LANES == 1 ? m->frames : 0, "N m, N", "body of the link",          \
+    ARRAY(svec, link_force, m->frames, "N m, N", "body of the link",                               \
           "joint_forces: force across each link's joint")                                          \
     ARRAY(uint32_t, support, nb, "", "", "lambda: bit t set: body supports tip t")
 

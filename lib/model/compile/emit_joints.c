@@ -107,12 +107,16 @@ static void emit_links(struct layout *l, const struct draft *d)
             tfa_draft_add_link(d, k, &l->link_without_payload[d->frame[k].number]);
     l->link_order[links++] = d->frame[d->root].number;
     l->link[l->link_order[0]].parent = -1;
+    l->link[l->link_order[0]].is_first = d->frame[d->root].body >= 0;
     for (size_t k = 0; k < d->description->joint_count; k++) {
         const tfa_joint *joint = &d->description->joints[d->order[k]];
         if (d->joint[d->order[k]].fate == TFA_FATE_ABSENT)
             continue;
-        l->link_order[links++] = d->frame[joint->child].number;
-        l->link[d->frame[joint->child].number].parent = (int32_t)d->frame[joint->parent].number;
+        const struct draft_frame *child = &d->frame[joint->child],
+                                 *parent = &d->frame[joint->parent];
+        l->link_order[links++] = child->number;
+        l->link[child->number].parent = (int32_t)parent->number;
+        l->link[child->number].is_first = child->body != parent->body;
     }
 }
 

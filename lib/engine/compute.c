@@ -44,7 +44,7 @@ void tfa_add_joint_forces(tfa_workspace *w, const struct call *c, uint32_t k, ui
                           tfa_reply *reply)
 {
     for (uint32_t end = k + count; reply->joint_forces && k < end; k++)
-        if (!w->kernel->answer_joint_forces(w->state, c->request, c->by, k, reply))
+        if (!w->kernel->answer_joint_forces(w->state, c->request, c->by, k, 0, reply))
             fail_answer(w, c, k, reply);
 }
 

@@ -75,7 +75,7 @@ static int answer_all(tfa_workspace *w, const struct call *c, uint32_t k, tfa_re
     const struct tfa_residual_kernel *residual = &w->residual_kernel;
     int status = answer_forward(w, c, k, reply, answer);
     if (status == TFA_OK && c->traits & TRAIT_JOINT_FORCES && reply->joint_forces &&
-        !residual->kernel->answer_joint_forces(residual->state, c->request, c->by, k, reply))
+        !residual->kernel->answer_joint_forces(residual->state, c->request, c->by, k, 0, reply))
         status = answer->status = TFA_E_NOT_COMPUTED;
     if (status == TFA_OK && c->traits & TRAIT_TIPS)
         return answer_tips(w, c, k, reply, answer);

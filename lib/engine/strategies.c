@@ -56,6 +56,12 @@ void tfa_finish_single(tfa_workspace *w, const struct call *c, uint32_t k, int s
         tfa_fail_state(w, c, k, status, failed, reply);
 }
 
+/* 1: the reply has all accelerations */
+static int has_accelerations(const tfa_workspace *w, const tfa_reply *reply)
+{
+    return reply->qdd && (reply->base_acceleration || !w->model->base_freedoms);
+}
+
 /* Estimates the accelerations in the reply if the request or the sentinel asks for it. Returns 0 if
  * the kernel of one state must answer instead. */
 static int estimate_if_requested(tfa_workspace *w, const struct call *c, uint32_t k,
@@ -67,8 +73,7 @@ static int estimate_if_requested(tfa_workspace *w, const struct call *c, uint32_
     sentinel_tripped &= (c->traits & TRAIT_DEFAULT_ESTIMATE) != 0;
     if (!asked && !sentinel_tripped)
         return 1;
-    const int whole = reply->qdd && (reply->base_acceleration || !w->model->base_freedoms);
-    if (!(c->traits & TRAIT_FD) || c->traits & TRAIT_TIPS || !whole)
+    if (!(c->traits & TRAIT_FD) || c->traits & TRAIT_TIPS || !has_accelerations(w, reply))
         return 0;
     if (sentinel_tripped)
         answer->flags |= TFA_ANSWER_SENTINEL;
@@ -322,6 +327,18 @@ static int body_lanes_serve(const tfa_workspace *w, const struct call *c)
     return c->traits & TRAIT_FD || bodies_of_tips(w->model, c->request) >= w->body_lanes_min_bodies;
 }
 
+/* Returns 0 if the kernel of one state must answer instead. */
+static int body_lanes_joint_forces(tfa_workspace *w, const struct call *c, uint32_t k,
+                                   tfa_reply *reply)
+{
+    if (!(c->traits & TRAIT_JOINT_FORCES) || !reply->joint_forces)
+        return 1;
+    if (!has_accelerations(w, reply))
+        return 0;
+    w->body_lanes->copy_forces(w->body_lanes_state, reply, &w->factors);
+    return w->kernel->answer_joint_forces(w->state, c->request, c->by, k, 1, reply);
+}
+
 static uint32_t run_body_lanes(tfa_workspace *w, const struct call *c, uint32_t k, uint32_t end,
                                tfa_reply *reply)
 {
@@ -330,7 +347,8 @@ static uint32_t run_body_lanes(tfa_workspace *w, const struct call *c, uint32_t 
     answer.method = TFA_METHOD_ABA;
     const int answered = w->body_lanes->answer(w->body_lanes_state, c->request, k, reply);
     if (!answered ||
-        !estimate_if_requested(w, c, k, answered == TFA_ANSWERED_SENTINEL, 1, reply, &answer))
+        !estimate_if_requested(w, c, k, answered == TFA_ANSWERED_SENTINEL, 1, reply, &answer) ||
+        !body_lanes_joint_forces(w, c, k, reply))
         return 0;
     if (c->traits & TRAIT_TIPS) {
         w->body_lanes->copy_factors(w->body_lanes_state, c->request, &w->factors);
@@ -382,7 +400,7 @@ static const struct strategy strategies[TFA_STRATEGIES] = {
     {"batch", has_batch, TRAIT_FD | TRAIT_ID | TRAIT_M, TRAIT_TIPS, TRAIT_JOINT_FORCES,
      TFA_METHODS_ALL, batch_serves, run_batch},
     {"body lanes", has_body_lanes, TRAIT_FD | TRAIT_OSIM, REFUSED_BY_FACTORS | TRAIT_LAMBDA,
-     TRAIT_TIP_MOTION, ARTICULATED, body_lanes_serve, run_body_lanes},
+     TRAIT_TIP_MOTION | TRAIT_JOINT_FORCES, ARTICULATED, body_lanes_serve, run_body_lanes},
     {"scalar", always, ANY_OP, 0, TRAITS_ADDED, TFA_METHODS_ALL, NULL, run_scalar},
 };
 

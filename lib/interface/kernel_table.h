@@ -19,9 +19,11 @@ struct tfa_lane_schedule;
 
 /* Where a kernel keeps the articulated-body factors of each body (state.h), in numbers of its
  * precision, for another that computes them: X, U and 1/D of joints with one freedom, 12, 6 and 1
- * numbers a body; and of joints with several, `joint_nd_bytes` apart. */
+ * numbers a body; and of joints with several, `joint_nd_bytes` apart. And motions and forces of
+ * inverse dynamics: v, a and f, 6 numbers each, and whether v counts. */
 struct tfa_factor_buffers {
-    void *X, *U, *Dinv;
+    void *X, *U, *Dinv, *v, *a, *f;
+    int *moving;
     char *part, *H, *joint_nd_U, *L;
     size_t joint_nd_bytes;
 };
@@ -79,9 +81,10 @@ struct tfa_kernel {
                          uint32_t flags, uint32_t k, tfa_reply *reply);
 
     /* Forces across all joints for state k of a checked request, from the accelerations in the
-     * reply or, of inverse dynamics, in the request. Returns whether all of it is finite. */
+     * reply or, of inverse dynamics, in the request; of what another kernel wrote to its
+     * factor_buffers if `given`. Returns whether all of it is finite. */
     int (*answer_joint_forces)(struct state *s, const tfa_request *request, struct tfa_resolved by,
-                               uint32_t k, tfa_reply *reply);
+                               uint32_t k, int given, tfa_reply *reply);
 
     /* Estimates the error of the accelerations of state k, which stand in the reply, by the factors
      * of aba. Returns 0 where the estimate is above `limit` or not finite. */
@@ -187,6 +190,10 @@ struct tfa_body_lanes_kernel {
      * Whether they are finite is checked where they are used. */
     void (*copy_factors)(const struct state *s, const tfa_request *request,
                          const struct tfa_factor_buffers *to);
+    /* Of the same state X, v, and a and f of inverse dynamics of the accelerations in the reply. No
+     * answer of this state comes from it afterwards but factors. */
+    void (*copy_forces)(struct state *s, const tfa_reply *reply,
+                        const struct tfa_factor_buffers *to);
 };
 
 #define TFA_BODY_LANES_KERNELS_MAX 2

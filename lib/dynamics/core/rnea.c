@@ -5,30 +5,29 @@
  */
 #include "dynamics/core/recursions.h"
 #include "dynamics/core/rnea_step.h"
+#include "layout/parent_transfer.h"
 
 /* tau_i = H_i^T f_i + R_i qdd_i,  f_parent += X_i^T f_i */
 static inline void inward(struct state *s, uint32_t i, const num *qdd, num *tau)
 {
-    const struct tfa_body *b = &s->body[i];
+    add_total_forces_of_children(s, i);
     euler_joint(s, i, qdd, tau);
-    if (b->parent >= 0)
-        s->f[b->parent] = sv_add(s->f[b->parent], xform_t_force(&s->X[i], s->f[i]));
+    if (body_constants_of(s, i)->parent >= 0)
+        add_total_force_to_parent(s, i, xform_t_force(&s->X[i], s->f[i]));
 }
 
 void TFA_V(rnea)(struct state *s, const num *qdd, num *tau, int bias)
 {
-    const struct tfa_model *m = s->m;
     const int products = bias && s->moving;
     const svec ground = {v3_zero(), bias ? v3_neg(s->gravity) : v3_zero()};
 
     /* a_i = X_i a_parent + H_i qdd_i + c_i,  f_i = I_i a_i + p_i */
-    for (uint32_t i = 0; i < m->bodies; i++) {
-        const struct tfa_body *b = &s->body[i];
-        svec a = xform_motion(&s->X[i], b->parent < 0 ? ground : s->a[b->parent]);
+    for (uint32_t i = 0; i < s->bodies; i++) {
+        svec a = xform_motion(&s->X[i], parent_motion(body_constants_of(s, i), s->a, ground));
         if (products)
             a = sv_add(a, s->c[i]);
         euler_out(s, i, a, qdd, products ? &s->p[i] : NULL);
     }
-    for (uint32_t i = m->bodies; i-- > 0;)
+    for (uint32_t i = s->bodies; i-- > 0;)
         inward(s, i, qdd, tau);
 }

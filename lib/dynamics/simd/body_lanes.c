@@ -122,6 +122,24 @@ static void copy_tip_factors(const struct state *s, const tfa_request *r,
         }
 }
 
+static void copy_forces(struct state *s, const tfa_reply *reply,
+                        const struct tfa_factor_buffers *to)
+{
+    TFA_V(load_accelerations)(s, reply->base_acceleration, reply->qdd);
+    TFA_V(rnea)(s, s->qdd, s->res, 1);
+    *to->moving = s->moving;
+    for (uint32_t i = 0; i < s->m->bodies; i++) {
+        const struct tfa_body *b = &s->m->body[i];
+        const uint32_t k = s->step_of[i], l = s->lane_of[i];
+        copy_lane((double *)to->X + 12 * (size_t)i, &s->X[k].E.xx, 12, l);
+        copy_lane((double *)to->v + 6 * (size_t)i, &s->v[k].w.x, 6, l);
+        copy_lane((double *)to->a + 6 * (size_t)i, &s->a[k].w.x, 6, l);
+        copy_lane((double *)to->f + 6 * (size_t)i, &s->f[k].w.x, 6, l);
+        if (is_fused(b->kind))
+            copy_joint_nd(&s->joint_nd[b->joint_nd], b, l, to);
+    }
+}
+
 const struct tfa_body_lanes_kernel TFA_V(body_lanes) = {
     .lanes = NUM_LANES,
     .step = STEP_COST,
@@ -130,4 +148,5 @@ const struct tfa_body_lanes_kernel TFA_V(body_lanes) = {
     .answer = body_lanes_answer,
     .estimate = estimate,
     .copy_factors = copy_tip_factors,
+    .copy_forces = copy_forces,
 };

@@ -113,7 +113,7 @@ int TFA_V(answer_motion_loaded)(struct state *s, const tfa_request *r, uint32_t 
                                 tfa_reply *reply);
 /* As a kernel offers it, see kernel_table.h. */
 int TFA_V(answer_joint_forces)(struct state *s, const tfa_request *r, struct tfa_resolved by,
-                               uint32_t k, tfa_reply *reply);
+                               uint32_t k, int given, tfa_reply *reply);
 /* The same for the states that are loaded, whose forces rnea left in s->f if the op is inverse
  * dynamics. Overwrites s->qdd, s->dx, s->a and s->f. */
 int TFA_V(answer_joint_forces_loaded)(struct state *s, const tfa_request *r, tfa_reply *reply);

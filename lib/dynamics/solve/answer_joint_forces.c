@@ -158,9 +158,14 @@ int TFA_V(answer_joint_forces_loaded)(struct state *s, const tfa_request *r, tfa
 
 #if NUM_LANES == 1
 int TFA_V(answer_joint_forces)(struct state *s, const tfa_request *r, struct tfa_resolved by,
-                               uint32_t k, tfa_reply *reply)
+                               uint32_t k, int given, tfa_reply *reply)
 {
     s->by = by;
+    if (given) { /* of a q that was never loaded: nothing is kept */
+        load_indices(s, r, k, 1);
+        s->have = 0;
+        return answer_links(s, r, reply);
+    }
     TFA_V(load)(s, r, k, 1);
     if (r->op == TFA_OP_INVERSE_DYNAMICS)
         TFA_V(rnea)(s, s->qdd, s->dx, 1);

@@ -167,4 +167,29 @@ static inline svec force_from_children(const struct state *s, uint32_t i)
     return sum;
 }
 
+/* Up to its parent, which reads it later */
+static inline void add_total_force_to_parent(struct state *s, uint32_t i, svec up)
+{
+    s->pA[i] = up;
+}
+
+/* f_i += those of its children, one by one in the order in which bodies are processed inward */
+static inline void add_total_forces_of_children(struct state *s, uint32_t i)
+{
+    const body_constants *b = &s->body[i];
+    const num *same_lane = &s->pA[b->child].w.x;
+    num *f = &s->f[i].w.x, more[6];
+    if (b->leaf)
+        return;
+    for (uint32_t e = 0; e < 6; e++)
+        f[e] = num_select(b->other_lanes, f[e], f[e] + same_lane[e]);
+    for (const struct branch *g = s->branch + b->branch; g < s->branch + b->branch + b->branches;
+         g++)
+        for (uint32_t k = 0; k < g->count; k++) {
+            broadcast_lane(more, s->pA, 6, s->child + g->first + k);
+            for (uint32_t e = 0; e < 6; e++)
+                f[e] = num_select(g->lanes, f[e] + more[e], f[e]);
+        }
+}
+
 #endif

@@ -67,4 +67,17 @@ TFA_INLINE svec force_from_children(const struct state *s, uint32_t i)
     return s->pA[i];
 }
 
+/* f_parent += up, at once */
+TFA_INLINE void add_total_force_to_parent(struct state *s, uint32_t i, svec up)
+{
+    svec *f = &s->f[body_constants_of(s, i)->parent];
+    *f = sv_add(*f, up);
+}
+
+TFA_INLINE void add_total_forces_of_children(struct state *s, uint32_t i)
+{
+    (void)s;
+    (void)i;
+}
+
 #endif

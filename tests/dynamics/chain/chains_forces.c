@@ -54,7 +54,7 @@ static void compare(struct bench *b, const double base_acceleration[6])
         if (body >= 0)
             total_force(s, f, (const struct row *)s->rows + s->body[body].depth - 1, F[f]);
     }
-    assert_true(TFA_V(answer_joint_forces)(s, &r, s->by, 0, &reply));
+    assert_true(TFA_V(answer_joint_forces)(s, &r, s->by, 0, 0, &reply));
     for (uint32_t f = 0; f < b->model->frames; f++)
         for (int e = 0; e < 6 && b->model->frame[f].body >= 0; e++)
             size = fmax(size, fabs(forces[f][e]));

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Tips with the factors of body lanes: Lambda^-1 and poses are those of one body after
- * the other, to the bit, in whatever order requests come, whether they use body lanes or not.
+ * Tips with the factors of body lanes, and forces across joints with their motions: Lambda^-1,
+ * poses and forces are those of one body after the other, to the bit, in whatever order requests
+ * come, whether they use body lanes or not.
  */
 #include "engine/strategy.h"
 #include "layout/schedule_body_lanes.h"
@@ -19,7 +20,7 @@ struct answers {
     double base[6], lambda[LAMBDA], poses[7 * TIPS];
     tfa_spectrum spectrum;
     tfa_answer answer;
-    double *qdd;
+    double *qdd, *forces;
 };
 
 /* ---- strategy ---- */
@@ -68,7 +69,8 @@ static tfa_request any_request(random_source *s, const test_robot *robot, const 
     r.base_pose = r.base_pose ? r.base_pose + 7 * c : NULL;
     r.base_twist = r.base_twist && r.v ? r.base_twist + 6 * k : NULL;
     r.tip_count = random_below(s, TIPS) + (r.op == TFA_OP_OPERATIONAL_INERTIA);
-    r.flags = TFA_WANT_POSES | (r.tip_count ? TFA_WANT_SPECTRUM : 0);
+    r.flags = TFA_WANT_POSES | (r.tip_count ? TFA_WANT_SPECTRUM : 0) |
+              (r.op == TFA_OP_FORWARD_DYNAMICS && random_below(s, 2) ? TFA_WANT_JOINT_FORCES : 0);
     for (uint32_t t = 0; t < r.tip_count; t++)
         r.tips[t] = random_below(s, frames);
     if (random_below(s, 8) == 0 && r.method != TFA_METHOD_EFPA) {
@@ -90,11 +92,14 @@ static void ask(const test_robot *robot, tfa_workspace *w, const tfa_request *r,
                        .lambda_inv = a->lambda,
                        .spectrum = &a->spectrum,
                        .poses = a->poses,
+                       .joint_forces = a->forces,
                        .answers = &a->answer};
-    double *qdd = a->qdd;
+    double *qdd = a->qdd, *forces = a->forces;
     memset(a, 0, sizeof *a);
     memset(qdd, 0, robot->nv * sizeof *qdd);
+    memset(forces, 0, 6 * tfa_model_frame_count(robot->model) * sizeof *forces);
     a->qdd = qdd;
+    a->forces = forces;
     compute_ok(robot, w, r, &reply);
 }
 
@@ -104,6 +109,8 @@ static void assert_same(const test_robot *robot, const struct answers *a, const 
     assert_memory_equal(a->base, b->base, sizeof a->base);
     assert_memory_equal(a->lambda, b->lambda, sizeof a->lambda);
     assert_memory_equal(a->poses, b->poses, sizeof a->poses);
+    assert_memory_equal(a->forces, b->forces,
+                        6 * tfa_model_frame_count(robot->model) * sizeof *a->forces);
     assert_memory_equal(&a->spectrum, &b->spectrum, sizeof a->spectrum);
     assert_int_equal(a->answer.method, b->answer.method);
     assert_int_equal(a->answer.flags, b->answer.flags);
@@ -118,8 +125,11 @@ static void compare(test_robot *robot, const struct tfa_body_lanes_kernel *body_
     tfa_workspace *one = fixture_workspace(robot->model, TFA_F64),
                   *in_lanes = fixture_workspace(robot->model, TFA_F64);
     void *memory = with_body_lanes(in_lanes, body_lanes);
-    struct answers a = {.qdd = calloc(robot->nv + 1, sizeof(double))},
-                   b = {.qdd = calloc(robot->nv + 1, sizeof(double))};
+    const size_t forces = 6 * (size_t)tfa_model_frame_count(robot->model);
+    struct answers a = {.qdd = calloc(robot->nv + 1, sizeof(double)),
+                        .forces = calloc(forces, sizeof(double))},
+                   b = {.qdd = calloc(robot->nv + 1, sizeof(double)),
+                        .forces = calloc(forces, sizeof(double))};
     const uint32_t joint = random_below(&s, tfa_model_joint_count(robot->model));
     double payload[TFA_PAYLOAD_NUMBERS];
     random_payload(&s, payload);
@@ -131,7 +141,9 @@ static void compare(test_robot *robot, const struct tfa_body_lanes_kernel *body_
         ask(robot, in_lanes, &r, &b);
         assert_same(robot, &a, &b);
     }
+    free(b.forces);
     free(b.qdd);
+    free(a.forces);
     free(a.qdd);
     tfa_workspace_free(in_lanes);
     tfa_workspace_free(one);

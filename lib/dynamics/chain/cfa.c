@@ -49,10 +49,10 @@ static int factor(struct state *s, const struct tfa_chain *chain, void *rows)
     struct cfa_row *parts = cfa_rows_of(row, chain->length);
     uint32_t before = 0;
     for (uint32_t k = 0; k < chain->length; k++) {
-        const uint32_t n = cfa_size(&s->body[chain->body[k]]);
         num L[36];
         if (!cfa_start(s, chain, parts, k))
             return TFA_E_SINGULAR;
+        const uint32_t n = cfa_size(&parts[k].joint);
         cfa_assemble(s, chain, parts, k, row[k].S, L);
         if (k > 0)
             eliminate(row + k, n, before, L);
@@ -63,22 +63,22 @@ static int factor(struct state *s, const struct tfa_chain *chain, void *rows)
 }
 
 /* Outward b_k -= G_k^T b_{k-1}; inward x_k = S_k^-1 b_k - G_{k+1} x_{k+1}. Both in x. */
-static void substitute(const struct state *s, const struct tfa_chain *chain, struct ldl_row *row)
+static void substitute(struct ldl_row *row, const struct cfa_row *parts, uint32_t length)
 {
     uint32_t before = 0;
-    for (uint32_t k = 0; k < chain->length; k++) {
-        const uint32_t n = cfa_size(&s->body[chain->body[k]]);
+    for (uint32_t k = 0; k < length; k++) {
+        const uint32_t n = cfa_size(&parts[k].joint);
         for (uint32_t j = 0; k > 0 && j < n; j++)
             for (uint32_t e = 0; e < before; e++)
                 row[k].x[j] -= row[k].G[6 * e + j] * row[k - 1].x[e];
         before = n;
     }
-    for (uint32_t k = chain->length; k-- > 0;) {
-        const uint32_t n = cfa_size(&s->body[chain->body[k]]);
+    for (uint32_t k = length; k-- > 0;) {
+        const uint32_t n = cfa_size(&parts[k].joint);
         ldl_solve(row[k].S, (int)n, row[k].x);
-        if (k + 1 == chain->length)
+        if (k + 1 == length)
             continue;
-        const uint32_t next = cfa_size(&s->body[chain->body[k + 1]]);
+        const uint32_t next = cfa_size(&parts[k + 1].joint);
         for (uint32_t j = 0; j < n; j++)
             for (uint32_t e = 0; e < next; e++)
                 row[k].x[j] -= row[k + 1].G[6 * j + e] * row[k + 1].x[e];
@@ -91,9 +91,9 @@ static void solve(struct state *s, const struct tfa_chain *chain, void *rows, co
     struct ldl_row *row = rows;
     struct cfa_row *parts = cfa_rows_of(row, chain->length);
     cfa_right_hand_sides(s, chain, parts, tau, row->x, sizeof *row, bias);
-    substitute(s, chain, row);
+    substitute(row, parts, chain->length);
     for (uint32_t k = 0; k < chain->length; k++)
-        cfa_total_force(s, chain, parts, k, row[k].x);
+        cfa_add_constraint_force(&parts[k].joint, row[k].x, parts[k].f);
     cfa_accelerations(s, chain, parts, qdd, bias);
 }
 

@@ -27,7 +27,7 @@ static int factor(struct state *s, const struct tfa_chain *chain, void *rows)
         if (!cfa_start(s, chain, parts, k))
             return TFA_E_SINGULAR;
     for (uint32_t k = 0; k < chain->length; k++) {
-        row[k].size = cfa_size(&s->body[chain->body[k]]);
+        row[k].size = cfa_size(&parts[k].joint);
         cfa_assemble(s, chain, parts, k, row[k].D.a, row[k].L);
     }
     cyclic_factor(row, chain->length, CYCLIC_SYMMETRIC);
@@ -42,7 +42,7 @@ static void solve(struct state *s, const struct tfa_chain *chain, void *rows, co
     cfa_right_hand_sides(s, chain, parts, tau, row->x, sizeof *row, bias);
     cyclic_solve(row, chain->length, CYCLIC_SYMMETRIC, 1);
     for (uint32_t k = 0; k < chain->length; k++)
-        cfa_total_force(s, chain, parts, k, row[k].x);
+        cfa_add_constraint_force(&parts[k].joint, row[k].x, parts[k].f);
     cfa_accelerations(s, chain, parts, qdd, bias);
 }
 

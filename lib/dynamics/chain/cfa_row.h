@@ -19,55 +19,84 @@
 #include "dynamics/chain/tfa_inverse.h"
 #include "dynamics/chain/tfa_motion.h"
 
-struct cfa_row {
-    sym6 Iinv;     /* inverse of the inertia with side branches added */
+/* Forces across a joint */
+struct cfa_joint {
     num basis[36]; /* W^T, then Wa^T: joint_basis.h */
-    num f[6];      /* Wa tau; then F */
-    num e[6];      /* I^-1 (f - X^T f of the next - p) */
+    uint32_t n;    /* freedoms */
+    int axis;      /* of one freedom */
+};
+
+struct cfa_row {
+    sym6 Iinv; /* inverse of the inertia with side branches added */
+    struct cfa_joint joint;
+    num f[6]; /* Wa tau; then F */
+    num e[6]; /* I^-1 (f - X^T f of the next - p) */
 };
 
 /* Unknowns of a row */
-static inline uint32_t cfa_size(const struct tfa_body *b)
+static inline uint32_t cfa_size(const struct cfa_joint *j)
 {
-    return 6 - (uint32_t)b->n;
+    return 6 - j->n;
+}
+
+static inline void cfa_joint_init(struct cfa_joint *j, const struct state *s,
+                                  const struct tfa_body *b)
+{
+    joint_basis(s, b, j->basis);
+    j->n = (uint32_t)b->n;
+    j->axis = body_axis(b);
 }
 
 /* out <- W^T x for `columns` columns; both with rows of six. W of a 1-freedom joint leaves out a
  * row. `out` may be x. */
-static inline void cfa_project(const struct cfa_row *r, const struct tfa_body *b, const num *x,
-                               num *out, int columns)
+static inline void cfa_project(const struct cfa_joint *w, const num *x, num *out, int columns)
 {
-    if (b->n == 1) {
-        const int axis = body_axis(b);
+    if (w->n == 1) {
         for (int k = 0; k < 5; k++)
             for (int j = 0; j < columns; j++)
-                out[6 * k + j] = x[6 * (k + (k >= axis)) + j];
+                out[6 * k + j] = x[6 * (k + (k >= w->axis)) + j];
         return;
     }
     for (int j = 0; j < columns; j++) {
         num in[6];
         for (int e = 0; e < 6; e++)
             in[e] = x[6 * e + j];
-        for (uint32_t k = 0; k < cfa_size(b); k++) {
+        for (uint32_t k = 0; k < cfa_size(w); k++) {
             num sum = num_of(0);
             for (uint32_t e = 0; e < 6; e++)
-                sum += r->basis[6 * k + e] * in[e];
+                sum += w->basis[6 * k + e] * in[e];
             out[6 * k + (uint32_t)j] = sum;
         }
     }
 }
 
 /* out <- x W: columns from six to 6 - n */
-static inline void cfa_project_columns(const struct cfa_row *r, const struct tfa_body *b,
-                                       const num *x, num *out)
+static inline void cfa_project_columns(const struct cfa_joint *w, const num *x, num *out)
 {
     num transposed[36];
     for (int e = 0; e < 36; e++)
         transposed[e] = x[6 * (e % 6) + e / 6];
-    cfa_project(r, b, transposed, transposed, 6);
-    for (uint32_t k = 0; k < cfa_size(b); k++)
+    cfa_project(w, transposed, transposed, 6);
+    for (uint32_t k = 0; k < cfa_size(w); k++)
         for (uint32_t e = 0; e < 6; e++)
             out[6 * e + k] = transposed[6 * k + e];
+}
+
+/* Wa tau of the joint's own freedoms */
+static inline svec cfa_active_force(const struct cfa_joint *w, const num *tau)
+{
+    svec f = sv_zero();
+    for (uint32_t j = 0; j < w->n; j++)
+        f = sv_add(f, sv_scale(sv_from(w->basis + 6 * (cfa_size(w) + j)), tau[j]));
+    return f;
+}
+
+/* f += W lambda */
+static inline void cfa_add_constraint_force(const struct cfa_joint *w, const num *lambda, num *f)
+{
+    for (uint32_t j = 0; j < cfa_size(w); j++)
+        for (uint32_t e = 0; e < 6; e++)
+            f[e] += w->basis[6 * j + e] * lambda[j];
 }
 
 /* Iinv and basis of row k; 0 as inverse_inertia() */
@@ -75,7 +104,7 @@ static inline int cfa_start(struct state *s, const struct tfa_chain *chain, stru
                             uint32_t k)
 {
     const uint32_t i = chain->body[k];
-    joint_basis(s, &s->body[i], row[k].basis);
+    cfa_joint_init(&row[k].joint, s, &s->body[i]);
     return inverse_inertia(s, i, &row[k].Iinv);
 }
 
@@ -84,7 +113,7 @@ static inline void cfa_assemble(const struct state *s, const struct tfa_chain *c
                                 const struct cfa_row *row, uint32_t k, num *D, num *L)
 {
     const uint32_t i = chain->body[k];
-    const struct tfa_body *b = &s->body[i];
+    const struct cfa_joint *w = &row[k].joint;
     num G[36], XI[36], Y[36];
     s6_dense(G, &row[k].Iinv);
     if (k > 0) {
@@ -93,22 +122,11 @@ static inline void cfa_assemble(const struct state *s, const struct tfa_chain *c
             G[e] += Y[e];
             XI[e] = -XI[e];
         }
-        cfa_project(&row[k], b, XI, XI, 6);
-        cfa_project_columns(&row[k - 1], &s->body[b->parent], XI, L);
+        cfa_project(w, XI, XI, 6);
+        cfa_project_columns(&row[k - 1].joint, XI, L);
     }
-    cfa_project_columns(&row[k], b, G, G);
-    cfa_project(&row[k], b, G, D, (int)cfa_size(b));
-}
-
-/* f <- Wa tau */
-static inline void cfa_active(const struct state *s, const struct tfa_chain *chain,
-                              struct cfa_row *row, uint32_t k, const num *tau)
-{
-    const struct tfa_body *b = &s->body[chain->body[k]];
-    svec f = sv_zero();
-    for (uint32_t j = 0; j < b->n; j++)
-        f = sv_add(f, sv_scale(sv_from(row[k].basis + 6 * (cfa_size(b) + j)), tau[b->v + j]));
-    sv_store(row[k].f, f);
+    cfa_project_columns(w, G, G);
+    cfa_project(w, G, D, (int)cfa_size(w));
 }
 
 static inline const num *cfa_next(const struct tfa_chain *chain, const struct cfa_row *row,
@@ -134,8 +152,8 @@ static inline void cfa_right_hand_side(const struct state *s, const struct tfa_c
     svec gap = sv_sub(xform_motion(&s->X[i], before), sv_from(row[k].e));
     if (chain_has_velocity_products(s, bias))
         gap = sv_add(gap, s->c[i]);
-    for (uint32_t e = 0; e < cfa_size(&s->body[i]); e++)
-        b[e] = sv_dot(sv_from(row[k].basis + 6 * e), gap);
+    for (uint32_t e = 0; e < cfa_size(&row[k].joint); e++)
+        b[e] = sv_dot(sv_from(row[k].joint.basis + 6 * e), gap);
 }
 
 /* f, e and b of all rows: three steps, the rows of each independent of each other. `b` is of row
@@ -145,21 +163,11 @@ static inline void cfa_right_hand_sides(const struct state *s, const struct tfa_
                                         int bias)
 {
     for (uint32_t k = 0; k < chain->length; k++)
-        cfa_active(s, chain, row, k, tau);
+        sv_store(row[k].f, cfa_active_force(&row[k].joint, tau + s->body[chain->body[k]].v));
     for (uint32_t k = 0; k < chain->length; k++)
         cfa_unconstrained(s, chain, row, k);
     for (uint32_t k = 0; k < chain->length; k++)
         cfa_right_hand_side(s, chain, row, k, (num *)(void *)((char *)b + stride * k), bias);
-}
-
-/* F <- f + W lambda */
-static inline void cfa_total_force(const struct state *s, const struct tfa_chain *chain,
-                                   struct cfa_row *row, uint32_t k, const num *lambda)
-{
-    const uint32_t n = cfa_size(&s->body[chain->body[k]]);
-    for (uint32_t j = 0; j < n; j++)
-        for (uint32_t e = 0; e < 6; e++)
-            row[k].f[e] += row[k].basis[6 * j + e] * lambda[j];
 }
 
 /* qdd = Wa^T (a - X a of the body before - c) from the total forces */
@@ -175,7 +183,7 @@ static inline void cfa_accelerations(const struct state *s, const struct tfa_cha
         svec relative = sv_sub(a, xform_motion(&s->X[i], up));
         if (chain_has_velocity_products(s, bias))
             relative = sv_sub(relative, s->c[i]);
-        basis_rates(row[k].basis, b->n, relative, qdd + b->v);
+        basis_rates(row[k].joint.basis, b->n, relative, qdd + b->v);
         s->a[i] = up = a;
     }
 }

@@ -50,18 +50,23 @@ static inline void basis_complete(uint32_t n, svec Q[6], num inv[6])
     }
 }
 
+/* The same of a joint about or along component `axis` */
+static inline void joint_basis_1dof(int axis, num basis[36])
+{
+    for (int e = 0; e < 36; e++)
+        basis[e] = num_of(0);
+    for (int k = 0; k < 5; k++)
+        basis[7 * k + (k >= axis)] = num_of(1);
+    basis[30 + axis] = num_of(1);
+}
+
 /* Rows of `basis`: 6 - n of W^T (H^T W = 0), then n of Wa^T (H^T Wa = 1). So
  *   F = basis^T (lambda, H^T F),   basis H qdd = (0, qdd).
  * A joint about or along an axis has unit vectors, and so have all but fused ones. */
 static inline void joint_basis(const struct state *s, const struct tfa_body *b, num basis[36])
 {
     if (b->n == 1) {
-        const int axis = body_axis(b);
-        for (int e = 0; e < 36; e++)
-            basis[e] = num_of(0);
-        for (int k = 0; k < 5; k++)
-            basis[7 * k + (k >= axis)] = num_of(1);
-        basis[30 + axis] = num_of(1);
+        joint_basis_1dof(body_axis(b), basis);
         return;
     }
     const uint32_t n = b->n;

@@ -10,6 +10,7 @@
  */
 #include "dynamics/chain/tfa.h"
 #include "dynamics/cpu.h"
+#include "dynamics/scan/chain_cut.h"
 #include "dynamics/scan/segment_scan.h"
 #include "dynamics/solve/answer.h"
 #include "dynamics/solve/load.h"
@@ -27,6 +28,7 @@ static size_t size(const tfa_model *model, struct tfa_reserved reserved)
 static struct state *init(const tfa_model *model, struct tfa_reserved reserved, void *memory)
 {
     struct state *s = state_init(model, model_extent(model, reserved), memory);
+    s->in_segments = tfa_cut_segments(model).count > 0;
     TFA_V(tfa_precompute)(s);
     return s;
 }

@@ -26,8 +26,7 @@ extern const struct tfa_body_lanes_kernel tfa_body_lanes_bodies4_avx512,
 #define DECLARE(isa, doubles, floats, first, second)                                               \
     extern const struct tfa_kernel tfa_kernel_f64_##isa, tfa_kernel_f64x##doubles##_##isa,         \
         tfa_kernel_f32x##floats##_##isa;                                                           \
-    extern const struct tfa_segment_lanes_kernel tfa_segment_lanes_chain##doubles##_##isa;         \
-    extern const struct tfa_partition_kernel tfa_partition_chain##doubles##_##isa;
+    extern const struct tfa_segment_lanes_kernel tfa_segment_lanes_chain##doubles##_##isa;
 BACKENDS(DECLARE)
 extern const struct tfa_body_lanes_kernel tfa_body_lanes_bodies2_base;
 
@@ -36,8 +35,7 @@ extern const struct tfa_body_lanes_kernel tfa_body_lanes_bodies2_base;
      &tfa_kernel_f64x##doubles##_##isa,                                                            \
      &tfa_kernel_f32x##floats##_##isa,                                                             \
      {first, second},                                                                              \
-     &tfa_segment_lanes_chain##doubles##_##isa,                                                    \
-     &tfa_partition_chain##doubles##_##isa},
+     &tfa_segment_lanes_chain##doubles##_##isa},
 static const struct tfa_backend backends[] = {BACKENDS(ROW)}; /* best first */
 
 const struct tfa_backend *tfa_backend_select(void)

@@ -173,7 +173,11 @@ static int check_scene(const struct tfa_model *m, const tfa_request *r, tfa_repl
     int status = check_frames(m, r, reply);
     if (status == TFA_OK)
         status = check_payloads(m, r, reply);
-    return status == TFA_OK ? check_locks(m, r, reply) : status;
+    if (status == TFA_OK)
+        status = check_locks(m, r, reply);
+    if (status == TFA_OK && r->tip_count && refuses(r->method, TFA_REFUSES_TIPS))
+        status = tfa_set_error(reply, TFA_E_METHOD, TFA_FIELD_TIPS, 0, 0);
+    return status;
 }
 
 static int has_armature(const struct tfa_model *m, const struct tfa_chain *chain)

@@ -46,6 +46,8 @@ const char *tfa_refusal_text(unsigned refusal)
         return "mimic joints that are projected";
     case TFA_REFUSES_MASSLESS_FOLLOWER:
         return "mimic joints that move no mass of their own";
+    case TFA_REFUSES_TIPS:
+        return "tips";
     default:
         return "";
     }

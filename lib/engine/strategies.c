@@ -180,6 +180,9 @@ static int has_residual_kernel(const tfa_workspace *w)
 
 /* ---- segment lanes: one state of a long chain, its segments in lanes ---- */
 
+/* Cyclic reduction is over segments here, whose factors are those of articulated bodies: it is
+ * neither refined nor estimated unless the request or the sentinel asks for it. */
+
 static int has_segments(const tfa_workspace *w)
 {
     return w->segment_lanes != NULL;
@@ -189,75 +192,15 @@ static uint32_t run_segments(tfa_workspace *w, const struct call *c, uint32_t k,
                              tfa_reply *reply)
 {
     (void)end;
-    const double max_ratio =
-        c->by.method == TFA_METHOD_SCAN ? TFA_SCAN_MAX_RATIO : -1; /* every cut */
     tfa_answer answer = no_estimate;
     answer.method = (uint16_t)c->by.method;
     const int answered = w->segment_lanes->answer(w->segment_lanes_state, w->executor, c->request,
-                                                  k, max_ratio, reply);
+                                                  k, c->by.method, reply);
     if (!answered ||
         !estimate_if_requested(w, c, k, answered == TFA_ANSWERED_SENTINEL, 0, reply, &answer))
         return 0;
     tfa_finish_state(w, c, k, &answer, reply);
     return 1;
-}
-
-/* ---- partition: one state of a long chain by cyclic reduction, its partitions in lanes ---- */
-
-static int has_partition(const tfa_workspace *w)
-{
-    return w->partition && w->segment_lanes;
-}
-
-/* Forward dynamics, or Lambda^-1 of one tip as it comes */
-static int partition_serves(const tfa_workspace *w, const struct call *c)
-{
-    (void)w;
-    const uint32_t more = TRAIT_DEFAULT_REFINE | TRAIT_REFINE | TRAIT_ESTIMATE |
-                          TRAIT_DEFAULT_ESTIMATE | TRAIT_SEVERAL_TIPS | TRAIT_POSES;
-    return c->traits & TRAIT_FD ? !(c->traits & TRAIT_TIPS)
-                                : c->by.method == TFA_METHOD_TFA_CR && !(c->traits & more);
-}
-
-/* Estimates errors by the scan: as accurate as aba and as parallel as the partitions. */
-struct segment_lanes_solver {
-    struct tfa_error_solver solver;
-    tfa_workspace *workspace;
-    const tfa_request *request;
-    uint32_t state;
-};
-
-static int solve_by_segment_lanes(struct tfa_error_solver *solver, const double *residual,
-                                  double *x)
-{
-    static const double zero_gravity[3];
-    const struct segment_lanes_solver *j = (const struct segment_lanes_solver *)solver;
-    tfa_workspace *w = j->workspace;
-    const tfa_request r = {.op = TFA_OP_FORWARD_DYNAMICS,
-                           .count = 1,
-                           .q = j->request->q + (size_t)w->model->q_count * j->state,
-                           .tau = residual,
-                           .gravity = zero_gravity};
-    tfa_reply reply = {.qdd = x};
-    return w->segment_lanes->answer(w->segment_lanes_state, w->executor, &r, 0, TFA_SCAN_MAX_RATIO,
-                                    &reply) != TFA_NOT_ANSWERED;
-}
-
-static uint32_t run_partition(tfa_workspace *w, const struct call *c, uint32_t k, uint32_t end,
-                              tfa_reply *reply)
-{
-    (void)end;
-    const tfa_request *r = c->request;
-    struct segment_lanes_solver by = {{solve_by_segment_lanes}, w, r, k};
-    tfa_answer answer;
-    const int answered =
-        c->traits & TRAIT_OSIM
-            ? w->partition->answer_lambda(w->partition_state, w->executor, r, k, reply, &answer)
-            : w->partition->answer(w->partition_state, w->executor, r, k, &by.solver, reply,
-                                   &answer);
-    if (answered)
-        tfa_finish_state(w, c, k, &answer, reply);
-    return answered ? 1 : 0;
 }
 
 /* ---- batch: several states in lanes ---- */
@@ -267,9 +210,12 @@ static int has_batch(const tfa_workspace *w)
     return w->batch != NULL;
 }
 
-/* Methods that the batch kernel lacks go one state at a time. */
+/* Methods that the batch kernel lacks, and cyclic reduction over segments, go one state at a
+ * time. */
 static int batch_serves(const tfa_workspace *w, const struct call *c)
 {
+    if (w->segment_lanes && CYCLIC & BIT(c->by.method))
+        return 0;
     return c->request->count >= w->batch_min &&
            (!(c->traits & TRAIT_FD) || w->batch->solves(c->by.method));
 }
@@ -393,10 +339,8 @@ static const struct strategy strategies[TFA_STRATEGIES] = {
     {"specialised", has_specialised, TRAIT_FD | TRAIT_ID | TRAIT_OSIM, SCALAR_ONLY, 0, SPECIALISED,
      specialised_serves, run_specialised},
     {"mixed", has_residual_kernel, ANY_OP, 0, TRAITS_ADDED, TFA_METHODS_ALL, NULL, tfa_run_mixed},
-    {"segment lanes", has_segments, TRAIT_FD, REFUSED_BY_FACTORS | TRAIT_TIPS, 0, SCANS, NULL,
-     run_segments},
-    {"partition", has_partition, TRAIT_FD | TRAIT_OSIM, TRAITS_CHANGED | SCALAR_ONLY, 0, CYCLIC,
-     partition_serves, run_partition},
+    {"segment lanes", has_segments, TRAIT_FD, REFUSED_BY_FACTORS | TRAIT_TIPS, 0, SCANS | CYCLIC,
+     NULL, run_segments},
     {"batch", has_batch, TRAIT_FD | TRAIT_ID | TRAIT_M, TRAIT_TIPS, TRAIT_JOINT_FORCES,
      TFA_METHODS_ALL, batch_serves, run_batch},
     {"body lanes", has_body_lanes, TRAIT_FD | TRAIT_OSIM, REFUSED_BY_FACTORS | TRAIT_LAMBDA,
@@ -435,7 +379,7 @@ void tfa_call_init(struct call *c, const tfa_workspace *w, const tfa_request *r)
 
 int tfa_method_is_parallel(const tfa_model *model, const tfa_request *r)
 {
-    if (!((SCANS | CYCLIC) & TFA_METHOD_BIT(r->method)))
+    if (!((SCANS | CYCLIC | BIT(TFA_METHOD_HYBRID)) & TFA_METHOD_BIT(r->method)))
         return 0;
     for (uint32_t t = 0; t < model->trees; t++)
         if (model->chain[t].length >= TFA_PARTS_BODIES_MIN)

@@ -30,7 +30,6 @@ struct kernel_choice {
     tfa_precision precision;
     const struct tfa_kernel *kernel, *residual_kernel, *batch;
     uint32_t batch_max;
-    const struct tfa_partition_kernel *partition;
     const struct tfa_segment_lanes_kernel *segment_lanes;
     const struct tfa_body_lanes_kernel *body_lanes;
     const struct tfa_specialised_kernel *specialised;
@@ -77,10 +76,7 @@ static uint32_t reserved_methods(const tfa_model *model, uint32_t wanted)
 static void choose_doubles(const tfa_model *model, const struct tfa_backend *backend,
                            struct kernel_choice *out)
 {
-    const uint32_t cyclic = TFA_METHOD_BIT(TFA_METHOD_TFA_CR) | TFA_METHOD_BIT(TFA_METHOD_CFA_CR);
     choose_body_lanes(model, backend, out);
-    if (out->reserved.methods & cyclic && backend->partition->size(model))
-        out->partition = backend->partition;
     if (tfa_cut_segments(model).count)
         out->segment_lanes = backend->segment_lanes;
 }
@@ -157,7 +153,6 @@ static void describe(const tfa_model *model, const struct kernel_choice *c, stru
         .body_lanes = c->body_lanes,
         .body_lanes_min_bodies =
             (uint32_t)(c->time_ratio * model->bodies) + 1, /* that body lanes are worth */
-        .partition = c->partition,
         .segment_lanes = c->segment_lanes,
         .specialised = c->specialised,
         .host = specialised_host_api(model),
@@ -184,7 +179,6 @@ static size_t layout(const tfa_model *model, const struct kernel_choice *c, void
     void *body_lanes_state =
         arena_alloc(&a, c->body_lanes ? c->body_lanes->size(model, &c->schedule) : 0, 1);
     void *batch_state = arena_alloc(&a, c->batch ? c->batch->size(model, c->reserved) : 0, 1);
-    void *partition_state = arena_alloc(&a, c->partition ? c->partition->size(model) : 0, 1);
     void *segment_lanes =
         arena_alloc(&a, c->segment_lanes ? c->segment_lanes->size(model, c->kernel) : 0, 1);
     *out = w;
@@ -200,8 +194,6 @@ static size_t layout(const tfa_model *model, const struct kernel_choice *c, void
     }
     if (c->batch)
         w->batch_state = c->batch->init(model, c->reserved, batch_state);
-    if (c->partition)
-        w->partition_state = c->partition->init(model, partition_state);
     if (c->segment_lanes)
         w->segment_lanes_state = c->segment_lanes->init(model, c->kernel, segment_lanes);
     if (c->residual_kernel)

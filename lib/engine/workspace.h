@@ -12,7 +12,7 @@
 #include "interface/specialised_abi.h"
 
 /* Rows of the table of strategies */
-#define TFA_STRATEGIES 7
+#define TFA_STRATEGIES 6
 struct strategy;
 
 struct tfa_workspace {
@@ -35,8 +35,6 @@ struct tfa_workspace {
     uint32_t
         /* bodies of the trees of tips from which their factors come from body lanes */
         body_lanes_min_bodies;
-    const struct tfa_partition_kernel *partition; /* NULL: no partitioned chain */
-    struct partition *partition_state;
     const struct tfa_segment_lanes_kernel *segment_lanes; /* NULL: chains one body at a time */
     struct segment_lanes *segment_lanes_state;
     const struct tfa_specialised_kernel *specialised; /* NULL: the robot has no kernel of its own */

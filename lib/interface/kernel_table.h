@@ -9,7 +9,7 @@
 
 #include "interface/resolved.h"
 
-struct scan_segment;
+struct scan;
 struct state;
 struct segment_lanes;
 struct tfa_executor;
@@ -96,8 +96,8 @@ struct tfa_kernel {
     /* From now on sines and cosines are rounded to double, where numbers are wider. */
     void (*round_sincos)(struct state *s);
 
-    /* The scan over segments in lanes (segment_boundary.h); `segments` is memory of
-     * segment_scan_bytes(). */
+    /* The scan over segments in lanes, or the forces at their cuts (segment_boundary.h); `scan` is
+     * memory of segment_scan_bytes(). */
     size_t (*segment_scan_bytes)(void);
     /* v_in from E, r, v_end (first); then dv_in from E, r, v_in and the v_end that came of it, so
      * that no velocity jumps where segments meet. Without, light bodies on long levers (links of
@@ -105,15 +105,16 @@ struct tfa_kernel {
      * 2026-11-22); */
     void (*segment_scan_velocities)(struct tfa_segment_boundary *boundary, int first);
     /* the segments combined. Returns whether some cut has at least `max_ratio` (scan.h): `known` is
-     * then the inertia outboard of the cut, with which all want to be computed again; */
-    int (*segment_scan_factor)(struct scan_segment *segments, struct tfa_segment_boundary *boundary,
+     * then the inertia outboard of the cut, with which all want to be computed again; -1: a segment
+     * that floats has no inverse inertia; */
+    int (*segment_scan_factor)(struct scan *scan, struct tfa_segment_boundary *boundary,
                                double max_ratio);
     /* a_in and f_out from a_end and g. */
-    void (*segment_scan_solve)(struct scan_segment *segments, struct tfa_segment_boundary *boundary,
+    void (*segment_scan_solve)(struct scan *scan, struct tfa_segment_boundary *boundary,
                                const double gravity[3]);
-    /* corrections of both, from the a_end that they led to. */
-    void (*segment_scan_correct)(struct scan_segment *segments,
-                                 struct tfa_segment_boundary *boundary);
+    /* corrections of both, from the a_end that they led to. Returns 0 where the forces at the cuts
+     * are of no use. */
+    int (*segment_scan_correct)(struct scan *scan, struct tfa_segment_boundary *boundary);
 
     /* As the residual kernel of another: reads state k of a checked request; */
     void (*load)(struct state *s, const tfa_request *request, uint32_t k);
@@ -132,33 +133,6 @@ struct tfa_residual_kernel {
     struct state *state;
 };
 
-struct partition;
-struct tfa_executor;
-
-/* Solver of M x = residual for an estimate, at the coordinates of the request; public order.
- * Returns whether all of x is finite. */
-struct tfa_error_solver {
-    int (*solve)(struct tfa_error_solver *solver, const double *residual, double *x);
-};
-
-/* One state of a long chain of revolute bodies, its partitions in lanes: forward dynamics by tfa-cr
- * and cfa-cr. */
-struct tfa_partition_kernel {
-    size_t (*size)(const tfa_model *model); /* 0: not a robot for it */
-    struct partition *(*init)(const tfa_model *model, void *memory);
-    /* State k of a checked request which changes nothing about the robot, with refinement and
-     * estimate. Returns 0 where the estimate is too large: the state is left to one number at a
-     * time. */
-    int (*answer)(struct partition *p, struct tfa_executor *executor, const tfa_request *request,
-                  uint32_t k, struct tfa_error_solver *solver, tfa_reply *reply,
-                  tfa_answer *answer);
-    /* Lambda^-1 of one tip, neither refined nor estimated. Returns 0 also where the tip is not on
-     * the last body. */
-    int (*answer_lambda)(struct partition *p, struct tfa_executor *executor,
-                         const tfa_request *request, uint32_t k, tfa_reply *reply,
-                         tfa_answer *answer);
-};
-
 /* Forward dynamics of one state of a long chain, its segments in lanes. For robots that
  * tfa_cut_segments takes. */
 struct tfa_segment_lanes_kernel {
@@ -166,10 +140,11 @@ struct tfa_segment_lanes_kernel {
     size_t (*size)(const tfa_model *model, const struct tfa_kernel *one);
     struct segment_lanes *(*init)(const tfa_model *model, const struct tfa_kernel *one,
                                   void *memory);
-    /* State k of a checked request, which changes nothing about the robot. max_ratio:
-     * segment_scan_factor. TFA_NOT_ANSWERED: some acceleration is not finite. */
+    /* State k of a checked request, which changes nothing about the robot, by the scans or, of
+     * tfa-cr and cfa-cr, by the forces at the cuts. TFA_NOT_ANSWERED: some acceleration is not
+     * finite. */
     int (*answer)(struct segment_lanes *s, struct tfa_executor *executor,
-                  const tfa_request *request, uint32_t k, double max_ratio, tfa_reply *reply);
+                  const tfa_request *request, uint32_t k, tfa_method method, tfa_reply *reply);
 };
 
 /* One state at a time, its independent branches in lanes: forward dynamics by aba, and the factors
@@ -204,7 +179,6 @@ struct tfa_backend {
     /* NULL behind the last */
     const struct tfa_body_lanes_kernel *body_lanes[TFA_BODY_LANES_KERNELS_MAX];
     const struct tfa_segment_lanes_kernel *segment_lanes;
-    const struct tfa_partition_kernel *partition;
 };
 
 /* The best instruction set that this processor supports, or the one that TFA_ISA in the environment

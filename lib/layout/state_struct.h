@@ -145,6 +145,7 @@ struct state {
     uint32_t lanes;           /* how many of them count */
     /* the model's, payload_body when the request has payloads, or lane_constants */
     const body_constants *body;
+    int in_segments;        /* a chain that tfa_cut_segments takes */
     uint32_t have;          /* HAVE_ bits */
     struct tfa_resolved by; /* the methods of the request under way */
     tfa_method w_method;
@@ -181,6 +182,7 @@ struct state {
     struct tfa_executor *executor; /* of the request under way; NULL: the caller alone */
     int round_sincos;              /* sines and cosines are rounded to double */
     int lanes_diverged;            /* lanes were to go different ways: nothing counts */
+    int stalled;                   /* iterations of the method did not suffice */
     int32_t bad_body;              /* body whose inertia could not be inverted */
 #define TFA_STATE_DECLARE(type, name, count, unit, frame, meaning) type *name;
     TFA_STATE_ARRAYS(TFA_STATE_DECLARE)

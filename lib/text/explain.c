@@ -170,7 +170,9 @@ static size_t say_method(const struct refusal *r)
     switch (r->reply->status) {
     case TFA_E_METHOD:
         return say(r, "method: %s does not answer %s%s", method_of(r), op_of(r),
-                   r->reply->field == TFA_FIELD_LOCKED ? " with locked joints; aba does" : "");
+                   r->reply->field == TFA_FIELD_LOCKED ? " with locked joints; aba does"
+                   : r->reply->field == TFA_FIELD_TIPS ? " with tips; aba does"
+                                                       : "");
     case TFA_E_SINGULAR:
         return say(r, "%s: %s%s: %s", method_of(r), body, summary_of(r), cause_of(r));
     case TFA_E_NOT_COMPUTED:

@@ -111,7 +111,7 @@ static void every_request_of(test_robot *robot, tfa_workspace *w)
 
     unsigned long before = atomic_load(&calls), answered = 0;
     for (int op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_MASS_MATRIX; op++)
-        for (int method = -1; method <= TFA_METHOD_PV_OSIMR; method++)
+        for (int method = -1; method <= TFA_METHOD_HYBRID; method++)
             for (uint32_t refine = 0; refine <= TFA_MAX_REFINE; refine++) {
                 r.op = (tfa_op)op;
                 r.method = (tfa_method)method;

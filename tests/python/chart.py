@@ -20,7 +20,8 @@ from totalforce_tools.chart_rows import Row
 
 ARM = str(SOURCE / "tests" / "tools" / "data" / "arm.urdf")
 FIXED = SOURCE / "tests" / "pages" / "data" / "chart.csv"
-OWN = ("crba", "aba", "tfa", "tfa-cr", "hessenberg", "cfa", "cfa-cr", "dca", "scan", "scan-two-pass")
+OWN = ("crba", "aba", "tfa", "tfa-cr", "hessenberg", "cfa", "cfa-cr", "dca", "scan", "scan-two-pass",
+       "hybrid")
 ANSWERS = ("ok", "fallback")
 
 

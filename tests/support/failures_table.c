@@ -56,6 +56,9 @@ const failure failures[] = {
     {FORWARD(SCAN_TWO_PASS), ON(HEAVY_TIP, 8, 0.1, 1e12, QDD), 1e-5, ESTIMATED,
      BY(ABA), INACCURATE, 0.1},
     {FORWARD(ABA), ON(HEAVY_TIP, 8, 0.1, 1e12, QDD), 1e-5, PRECISE, BY(ABA), INACCURATE, 1e-12},
+    /* conjugate gradients that stall; the bare method, too, is replaced */
+    {FORWARD(HYBRID), ON(ALTERNATING, 64, 0.1, 1e12, QDD), 0, DEFAULT,
+     BY(ABA), TFA_ANSWER_FALLBACK | TFA_ANSWER_STALLED, 1e-10},
     /* single precision at N = 128: alone, and with residuals in double */
     {FORWARD_F32(TFA), ON(RANDOM, 128, 0.1, 1, QDD), 0.1, DEFAULT, BY(TFA), 0, 1e-8},
     {FORWARD_F32(TFA), ON(RANDOM, 128, 0.1, 1, QDD), 0.1, IN_DOUBLE, BY(ABA), INACCURATE, 1e-8},

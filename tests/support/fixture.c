@@ -282,12 +282,14 @@ bool fixture_refuses(const test_robot *robot, tfa_method method)
     static const tfa_method inverting[] = {
         TFA_METHOD_TFA,    TFA_METHOD_TFA_ONE_SIDED, TFA_METHOD_TFA_CR,    TFA_METHOD_CFA,
         TFA_METHOD_CFA_CR, TFA_METHOD_DCA,           TFA_METHOD_HESSENBERG};
-    const bool has_lambda_inv =
-        tfa_method_describe(method)->ops & TFA_OP_BIT(TFA_OP_OPERATIONAL_INERTIA);
-    const tfa_request r = {
-        .op = TFA_OP_OPERATIONAL_INERTIA, .method = method, .count = 1, .tip_count = 1};
+    const tfa_method_info *row = tfa_method_describe(method);
+    const tfa_request r = {.op = row->lambda ? TFA_OP_OPERATIONAL_INERTIA : TFA_OP_FORWARD_DYNAMICS,
+                           .method = method,
+                           .count = 1,
+                           .tip_count = row->lambda != 0};
     tfa_reply reply = {0};
-    if (has_lambda_inv && tfa_request_check(robot->model, &r, &reply) == TFA_E_METHOD)
+    if ((row->lambda || row->forward_dynamics) &&
+        tfa_request_check(robot->model, &r, &reply) == TFA_E_METHOD)
         return true;
     for (size_t k = 0; k < sizeof inverting / sizeof *inverting; k++)
         if (inverting[k] == method)

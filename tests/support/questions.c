@@ -35,6 +35,7 @@ const question questions[] = {
     {"dca", FORWARD, USUAL, .method = TFA_METHOD_DCA},
     {"scan", FORWARD, USUAL, .method = TFA_METHOD_SCAN},
     {"scan-two-pass", FORWARD, USUAL, .method = TFA_METHOD_SCAN_TWO_PASS},
+    {"hybrid", FORWARD, USUAL, .method = TFA_METHOD_HYBRID},
     {"inverse dynamics", INVERSE, USUAL},
     {"inverse dynamics with wrenches", INVERSE, USUAL, .wrenches = true},
     {"inverse dynamics at rest", INVERSE, USUAL, .resting = true},

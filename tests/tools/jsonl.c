@@ -123,7 +123,7 @@ static const struct {
     {"{" FD "," Q ",\"method\":\"magic\"}", TFA_E_METHOD,
      "method: no 'magic'; nearest: 'auto', 'aba', 'rnea'; there are auto, rnea, crba, aba, tfa, "
      "tfa-one-sided, propagation, tfa-cr, hessenberg, cfa, cfa-cr, dca, scan, scan-two-pass, efpa, "
-     "pv-osimr"},
+     "pv-osimr, hybrid"},
     {"{" FD "," Q ",\"method\":3}", TFA_E_ARGUMENT, "method: a number, must be a string"},
     {"{" FD "," Q ",\"refine\":4}", TFA_E_ARGUMENT, "refine: must be 0, 1, 2 or 3"},
     {"{" FD "," Q ",\"refine\":1.5}", TFA_E_ARGUMENT, "refine: must be 0, 1, 2 or 3"},

@@ -13,8 +13,6 @@
 /* Shorter chains are faster body by body, longer ones have twice the segments. */
 #define SEGMENT_LANES_BODIES_MIN 48u
 #define SEGMENT_LANES_BODIES_MANY 256u
-/* A cut moves by at most this part of a segment. */
-#define SEGMENT_LANES_REACH 8u
 
 /* Inertia outboard of the end of a segment behind body k, in multiples of what its joint moves by
  * itself: the heaviest of the next bodies, held by the next joint, which moves with body k but for
@@ -36,20 +34,33 @@ static double outboard_ratio(const struct tfa_body *body, const struct tfa_chain
     return (mass * across + moment * (1 - along * along)) / (b->I[5] + b->armature);
 }
 
+static int can_cut(const struct tfa_body *body, const struct tfa_chain *chain, uint32_t k,
+                   int floating)
+{
+    const struct tfa_body *next = &body[chain->body[k + 1]];
+    return body[chain->body[k]].regular &&
+           (!floating || (next->regular && next->n == 1 && !(next->armature > 0)));
+}
+
 int64_t tfa_best_cut(const struct tfa_body *body, const struct tfa_chain *chain, uint32_t middle,
-                     uint32_t reach)
+                     uint32_t reach, int floating)
 {
     int64_t best = -1;
     double least = 0;
     for (uint32_t away = 0; away <= 2 * reach; away++) { /* 0, -1, +1, -2, +2, .. */
         const uint32_t k = away % 2 ? middle - (away + 1) / 2 : middle + away / 2;
         const double ratio = outboard_ratio(body, chain, k);
-        if (body[chain->body[k]].regular && (best < 0 || RATIO_GAIN * ratio < least)) {
+        if (can_cut(body, chain, k, floating) && (best < 0 || RATIO_GAIN * ratio < least)) {
             best = k;
             least = ratio;
         }
     }
     return best;
+}
+
+uint32_t tfa_segment_count(uint32_t length)
+{
+    return length < SEGMENT_LANES_BODIES_MIN ? 1 : length < SEGMENT_LANES_BODIES_MANY ? 8 : 16;
 }
 
 static int fits_segment_lanes(const tfa_model *m)
@@ -65,16 +76,15 @@ static int fits_segment_lanes(const tfa_model *m)
 
 struct tfa_chain_segments tfa_cut_segments(const tfa_model *m)
 {
-    struct tfa_chain_segments s = {.count = fits_segment_lanes(m) ? 8 : 0, .shortest = m->bodies};
-    if (m->bodies >= SEGMENT_LANES_BODIES_MANY)
-        s.count *= 2;
+    struct tfa_chain_segments s = {
+        .count = fits_segment_lanes(m) ? tfa_segment_count(m->bodies) : 0, .shortest = m->bodies};
     for (uint32_t k = 0, end = 0; k < s.count; k++) {
         const uint32_t length = m->bodies / s.count;
         s.first[k] = end;
         end = (uint32_t)((uint64_t)m->bodies * (k + 1) / s.count);
         if (k + 1 < s.count) {
             const int64_t at =
-                tfa_best_cut(m->body, m->chain, end - 1, length / SEGMENT_LANES_REACH);
+                tfa_best_cut(m->body, m->chain, end - 1, length / TFA_SEGMENT_REACH, 0);
             if (at < 0)
                 return (struct tfa_chain_segments){0};
             end = (uint32_t)at + 1;

@@ -17,12 +17,20 @@
 
 /* Position of the body behind which a segment had better end: the regular one from middle - reach
  * to middle + reach with the smallest ratio, the nearest to the middle of those with about the
- * smallest. -1: none of them is regular. The chain continues behind all of them. */
+ * smallest. -1: none of them is regular. The chain continues behind all of them. If segments are to
+ * float (cut_forces.h), the next body must be regular, too, and its joint have one freedom and no
+ * rotor inertia. */
 int64_t tfa_best_cut(const struct tfa_body *body, const struct tfa_chain *chain, uint32_t middle,
-                     uint32_t reach);
+                     uint32_t reach, int floating);
 
-/* The segments of a chain that go in SIMD lanes: of about the same length. */
+/* Segments of about the same length that a chain of so many bodies is cut into, for lanes and
+ * threads: 1, 8 or 16 */
 #define TFA_SEGMENTS_MAX 16u
+/* A cut moves by at most this part of a segment. */
+#define TFA_SEGMENT_REACH 8u
+uint32_t tfa_segment_count(uint32_t length);
+
+/* The segments of a chain that go in SIMD lanes */
 struct tfa_chain_segments {
     uint32_t count; /* a multiple of 8; 0: the robot does not qualify */
     uint32_t first[TFA_SEGMENTS_MAX], length[TFA_SEGMENTS_MAX];

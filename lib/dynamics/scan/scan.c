@@ -9,7 +9,7 @@
  * passes. Where no body has an inertia that is safely positive definite there is no cut: one
  * segment is the articulated-body algorithm itself.
  */
-#include "dynamics/scan/scan.h"
+#include "dynamics/scan/cut_forces.h"
 
 #include "dynamics/osim/lambda.h"
 #include "dynamics/scan/chain_cut.h"
@@ -23,15 +23,16 @@
 #define REACH 4u
 #define SHORTEST (SEGMENT - REACH)
 
-static size_t layout(void *rows, size_t length, struct scan **out)
+static size_t layout(void *rows, size_t length, size_t segments, int with_cuts, struct scan **out)
 {
     struct arena a = {rows, 0};
     struct scan *scan = arena_alloc(&a, 1, sizeof *scan);
-    struct scan_segment *segment =
-        arena_alloc(&a, length / SHORTEST + 1, sizeof(struct scan_segment));
-    struct scan_body *body = arena_alloc(&a, length, sizeof(struct scan_body));
+    struct scan_segment *segment = arena_alloc(&a, segments, sizeof *segment);
+    struct scan_body *body = arena_alloc(&a, length, sizeof *body);
+    void *cuts = arena_alloc(&a, with_cuts ? TFA_V(cut_forces_bytes)(segments) : 0, 1);
     if (scan)
-        *scan = (struct scan){0, segment, body};
+        *scan = (struct scan){0, segment, body,
+                              with_cuts ? TFA_V(cut_forces_layout)(cuts, segments) : NULL};
     *out = scan;
     return a.used;
 }
@@ -39,13 +40,26 @@ static size_t layout(void *rows, size_t length, struct scan **out)
 size_t TFA_V(scan_bytes)(size_t length)
 {
     struct scan *none;
-    return layout(NULL, length, &none);
+    return layout(NULL, length, length / SHORTEST + 1, 0, &none);
 }
 
 struct scan *TFA_V(scan_layout)(void *rows, size_t length)
 {
     struct scan *scan;
-    (void)layout(rows, length, &scan);
+    (void)layout(rows, length, length / SHORTEST + 1, 0, &scan);
+    return scan;
+}
+
+size_t TFA_V(scan_with_cuts_bytes)(size_t length, size_t segments)
+{
+    struct scan *none;
+    return layout(NULL, length, segments, 1, &none);
+}
+
+struct scan *TFA_V(scan_with_cuts)(void *rows, size_t length, size_t segments)
+{
+    struct scan *scan;
+    (void)layout(rows, length, segments, 1, &scan);
     return scan;
 }
 
@@ -58,7 +72,7 @@ static uint32_t segment_end(const struct state *s, const struct tfa_chain *chain
     const uint32_t middle = first + SEGMENT - 1;
     if (chain->length - first <= SEGMENT + REACH)
         return chain->length;
-    const int64_t best = tfa_best_cut(s->body, chain, middle, REACH);
+    const int64_t best = tfa_best_cut(s->body, chain, middle, REACH, 0);
     if (best >= 0)
         return (uint32_t)best + 1;
     for (uint32_t k = middle + REACH + 1; k < chain->length; k++)
@@ -140,6 +154,14 @@ static void factor_again_part(void *context, uint32_t part, uint32_t worker)
     }
 }
 
+/* The inertias of the chain's bodies, and every segment by itself */
+static void factor_segments(struct scan_work *w)
+{
+    for (uint32_t k = 0; k < w->chain->length; k++)
+        w->scan->body[k].I = w->s->IA[w->chain->body[k]];
+    parallel_for(w->s->executor, factor_part, w, parts_of(w->scan));
+}
+
 /* The second pass needs a second scan: what it left on a segment's end is the inertia that the
  * first pass found, what its own factors hand inward differs by rounding, and where light bodies
  * carry heavy ones the difference counts. Left out, two passes had up to 177 times the error of
@@ -150,9 +172,7 @@ int TFA_V(scan_factor)(struct state *s, const struct tfa_chain *chain, void *row
     struct scan_work scan_work = {.s = s, .chain = chain, .scan = scan};
     int second_pass = 0;
     TFA_V(scan_cut)(s, chain, scan);
-    for (uint32_t k = 0; k < chain->length; k++)
-        scan->body[k].I = s->IA[chain->body[k]];
-    parallel_for(s->executor, factor_part, &scan_work, parts_of(scan));
+    factor_segments(&scan_work);
     TFA_V(scan_combine_segments)(scan);
     for (uint32_t k = 0; k + 1 < scan->segments; k++) {
         struct scan_segment *segment = &scan->segment[k];
@@ -164,6 +184,26 @@ int TFA_V(scan_factor)(struct state *s, const struct tfa_chain *chain, void *row
         TFA_V(scan_combine_segments)(scan);
     }
     return TFA_OK;
+}
+
+int TFA_V(scan_factor_floating)(struct state *s, const struct tfa_chain *chain, struct scan *scan)
+{
+    struct scan_work scan_work = {.s = s, .chain = chain, .scan = scan};
+    uint32_t singular;
+    if (scan->segments == 1)
+        scan->cuts = NULL; /* the articulated-body algorithm, without a system of forces */
+    factor_segments(&scan_work);
+    if (!scan->cuts)
+        return TFA_OK;
+    for (uint32_t k = 0; k < scan->segments; k++) {
+        const uint32_t i = chain->body[scan->segment[k].first];
+        scan->cuts->cut[k].X = s->X[i];
+        cfa_joint_init(&scan->cuts->cut[k].joint, s, &s->body[i]);
+    }
+    if (TFA_V(cut_forces_factor)(scan, &singular))
+        return TFA_OK;
+    s->bad_body = (int32_t)chain->body[scan->segment[singular].first];
+    return TFA_E_SINGULAR;
 }
 
 /* ---- solve ---- */
@@ -252,6 +292,19 @@ static void correct_part(void *context, uint32_t part, uint32_t worker)
         TFA_V(scan_segment_correct)(w->s, w->chain, w->scan, &w->scan->segment[k], w->qdd);
 }
 
+/* c and Wa tau of the cuts, then the forces there */
+static void solve_cuts(const struct scan_work *w)
+{
+    const struct state *s = w->s;
+    for (uint32_t k = 0; k < w->scan->segments; k++) {
+        const uint32_t i = w->chain->body[w->scan->segment[k].first];
+        struct cut *cut = &w->scan->cuts->cut[k];
+        cut->c = chain_has_velocity_products(s, w->bias) ? s->c[i] : sv_zero();
+        sv_store(cut->f, cfa_active_force(&cut->joint, w->tau + s->body[i].v));
+    }
+    TFA_V(cut_forces_solve)(w->scan, chain_ground(s, w->bias));
+}
+
 void TFA_V(scan_solve)(struct state *s, const struct tfa_chain *chain, void *rows, const num *tau,
                        num *qdd, int bias)
 {
@@ -259,13 +312,20 @@ void TFA_V(scan_solve)(struct state *s, const struct tfa_chain *chain, void *row
     struct scan_work scan_work = {
         .s = s, .chain = chain, .scan = scan, .tau = tau, .qdd = qdd, .bias = bias};
     parallel_for(s->executor, inward_part, &scan_work, parts_of(scan));
-    TFA_V(scan_inward)(scan);
-    TFA_V(scan_outward)(scan, chain_ground(s, bias));
-    parallel_for(s->executor, outward_part, &scan_work, parts_of(scan));
-    if (scan->segments > 1) {
-        TFA_V(scan_close_gaps)(scan);
-        parallel_for(s->executor, correct_part, &scan_work, parts_of(scan));
+    if (scan->cuts) {
+        solve_cuts(&scan_work);
+    } else {
+        TFA_V(scan_inward)(scan);
+        TFA_V(scan_outward)(scan, chain_ground(s, bias));
     }
+    parallel_for(s->executor, outward_part, &scan_work, parts_of(scan));
+    if (scan->segments == 1)
+        return;
+    if (scan->cuts)
+        s->stalled |= !TFA_V(cut_forces_close_gaps)(scan);
+    else
+        TFA_V(scan_close_gaps)(scan);
+    parallel_for(s->executor, correct_part, &scan_work, parts_of(scan));
 }
 
 /* ---- the method with one pass ---- */

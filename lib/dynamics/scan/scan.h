@@ -48,11 +48,17 @@ struct scan {
     uint32_t segments;
     struct scan_segment *segment;
     struct scan_body *body; /* by position on the chain */
+    /* NULL: the scan over the segments. Otherwise the forces at the cuts are found from a system of
+     * equations, and segments float (cut_forces.h). */
+    struct cut_forces *cuts;
 };
 
 /* Bytes of rows; the arrays in it. */
 size_t TFA_V(scan_bytes)(size_t length);
 struct scan *TFA_V(scan_layout)(void *rows, size_t length);
+/* The same for so many segments and the forces at their cuts (cut_forces.h) */
+size_t TFA_V(scan_with_cuts_bytes)(size_t length, size_t segments);
+struct scan *TFA_V(scan_with_cuts)(void *rows, size_t length, size_t segments);
 
 /* Where the chain is cut, from the constants of its bodies. */
 void TFA_V(scan_cut)(const struct state *s, const struct tfa_chain *chain, struct scan *scan);
@@ -83,6 +89,10 @@ void TFA_V(scan_segment_outward)(struct state *s, const struct tfa_chain *chain,
 /* Corrections of qdd by a_in and f_out from scan_close_gaps */
 void TFA_V(scan_segment_correct)(struct state *s, const struct tfa_chain *chain, struct scan *scan,
                                  const struct scan_segment *segment, num *qdd);
+
+/* Segments that float, and the forces at their cuts: factors of segments that are cut already.
+ * TFA_OK, or TFA_E_SINGULAR with s->bad_body. */
+int TFA_V(scan_factor_floating)(struct state *s, const struct tfa_chain *chain, struct scan *scan);
 
 /* Both methods. Factors: a second pass for segments whose cut has at least `max_ratio`
  * (scan_factor_interface). Solve: any number of times. Always TFA_OK; a singular M gives answers

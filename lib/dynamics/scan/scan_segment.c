@@ -95,7 +95,9 @@ static void start_inertias(struct state *s, const struct tfa_chain *chain, const
         s->IA[chain->body[k]] = scan->body[k].I;
     if (segment->end == chain->length)
         return;
-    if (outer)
+    if (scan->cuts)
+        seed = s6_zero();
+    else if (outer)
         seed = s6_from_dense(outer);
     else
         overlap(s, chain, scan, segment->end, &seed);
@@ -103,16 +105,23 @@ static void start_inertias(struct state *s, const struct tfa_chain *chain, const
     s6_dense(segment->seed, &seed);
 }
 
+/* Whether its element leaves out its first joint (cut_forces.h) */
+static int segment_floats(const struct scan *scan, const struct scan_segment *segment)
+{
+    return scan->cuts && segment->first > 0;
+}
+
 void TFA_V(scan_segment_factor)(struct state *s, const struct tfa_chain *chain, struct scan *scan,
                                 struct scan_segment *segment, const num *outer)
 {
-    const int last = segment->end == chain->length;
+    const int last = segment->end == chain->length, floats = segment_floats(scan, segment);
     const uint32_t first = chain->body[segment->first];
     struct scan_element *x = &segment->at;
     sym6 whole = s->IA[first];
     svec P[6];
+    num of_cut[36], *C = x->C;
     for (int e = 0; e < 36; e++)
-        x->C[e] = x->J[e] = 0;
+        x->C[e] = x->J[e] = of_cut[e] = 0;
     for (int e = 0; e < 6; e++) {
         P[e] = sv_zero();
         sv_put(&P[e], e, 1);
@@ -122,18 +131,21 @@ void TFA_V(scan_segment_factor)(struct state *s, const struct tfa_chain *chain, 
         const uint32_t i = chain->body[k];
         if (i == first) {
             whole = s->IA[i];
+            C = floats ? of_cut : C;
             aba_backward_step(s, i, NULL, ABA_INERTIA | ABA_DETACH);
         } else {
             aba_backward_step(s, i, NULL, ABA_INERTIA);
         }
         if (!last)
-            propagate_unit_forces(s, i, &scan->body[k], P, x->C);
+            propagate_unit_forces(s, i, &scan->body[k], P, C);
     }
-    if (s->body[first].parent >= 0)
+    if (floats)
+        s6_dense(x->J, &whole);
+    else if (s->body[first].parent >= 0)
         s6_dense(x->J, &s->IA[first]);
     s->IA[first] = whole; /* the forces want it */
     for (int e = 0; e < 6; e++) {
-        sv_store(x->A + 6 * e, P[e]);
+        sv_store(x->A + 6 * e, floats ? scan->body[segment->first].P[e] : P[e]);
         for (int f = 0; f < e; f++)
             x->C[6 * e + f] = x->C[6 * f + e];
     }
@@ -167,20 +179,25 @@ static inline void add_motion(const struct state *s, uint32_t i, const struct sc
 static inline void inward(struct state *s, const struct tfa_chain *chain, const struct scan *scan,
                           struct scan_segment *segment, const num *tau, int flags)
 {
-    const int last = segment->end == chain->length;
+    const int last = segment->end == chain->length, floats = segment_floats(scan, segment);
     const uint32_t first = chain->body[segment->first];
+    svec g = sv_zero();
     num v[6] = {0};
     for (uint32_t k = segment->end; k-- > segment->first;) {
         const uint32_t i = chain->body[k];
-        if (i == first)
+        if (i == first) {
+            g = s->pA[i];
             aba_backward_step(s, i, tau, flags | ABA_DETACH);
-        else
+        } else {
             aba_backward_step(s, i, tau, flags);
-        if (!last)
+        }
+        if (!last && !(floats && i == first))
             add_motion(s, i, &scan->body[k], flags & ABA_BIAS, v);
     }
     segment->v = sv_from(v);
-    segment->g = s->body[first].parent >= 0 ? s->pA[first] : sv_zero();
+    if (!floats)
+        g = s->body[first].parent >= 0 ? s->pA[first] : sv_zero();
+    segment->g = g;
 }
 
 void TFA_V(scan_segment_inward)(struct state *s, const struct tfa_chain *chain, struct scan *scan,

@@ -4,7 +4,7 @@
  * The scan over segments that were computed in SIMD lanes (segment_lanes.c): velocities outward,
  * inertias and bias forces inward, accelerations outward.
  */
-#include "dynamics/scan/scan.h"
+#include "dynamics/scan/cut_forces.h"
 #include "dynamics/scan/segment_boundary.h"
 #include "dynamics/scan/segment_scan.h"
 
@@ -61,57 +61,88 @@ static void fetch_element(struct scan_segment *segment, const struct tfa_segment
             segment->at.C[6 * e + f] = segment->at.C[6 * f + e];
 }
 
-int TFA_V(segment_scan_factor)(struct scan_segment *segments, struct tfa_segment_boundary *boundary,
+/* X of the cut, and H = (0, 0, 1, 0, 0, 0) */
+static void fetch_cut(struct cut *cut, const struct tfa_segment_boundary *boundary, uint32_t k)
+{
+    num E[9], r[3];
+    fetch(E, boundary->cut_E, k, 9);
+    fetch(r, boundary->cut_r, k, 3);
+    cut->X = (xform){{E[0], E[1], E[2], E[3], E[4], E[5], E[6], E[7], E[8]}, {r[0], r[1], r[2]}};
+    cut->joint = (struct cfa_joint){.n = 1, .axis = AXIS_RZ};
+    joint_basis_1dof(AXIS_RZ, cut->joint.basis);
+}
+
+int TFA_V(segment_scan_factor)(struct scan *scan, struct tfa_segment_boundary *boundary,
                                double max_ratio)
 {
-    struct scan scan = {.segments = boundary->count, .segment = segments};
+    uint32_t singular;
     int second_pass = 0;
+    (void)TFA_V(scan_with_cuts)(scan, 0, TFA_SEGMENTS_MAX);
+    scan->segments = boundary->count;
     for (uint32_t k = 0; k < boundary->count; k++)
-        fetch_element(&segments[k], boundary, k);
-    TFA_V(scan_combine_segments)(&scan);
+        fetch_element(&scan->segment[k], boundary, k);
+    if (boundary->floating) {
+        for (uint32_t k = 0; k < boundary->count; k++)
+            fetch_cut(&scan->cuts->cut[k], boundary, k);
+        return TFA_V(cut_forces_factor)(scan, &singular) ? 0 : -1;
+    }
+    TFA_V(scan_combine_segments)(scan);
     for (uint32_t k = 0; k + 1 < boundary->count; k++) {
-        if (segments[k].mass_ratio < (num)max_ratio)
+        if (scan->segment[k].mass_ratio < (num)max_ratio)
             continue;
         second_pass = 1;
         for (uint32_t e = 0; e < 36; e++)
-            boundary->seed[e * TFA_SEGMENTS_MAX + k] = (double)segments[k + 1].J[e];
+            boundary->seed[e * TFA_SEGMENTS_MAX + k] = (double)scan->segment[k + 1].J[e];
     }
     return second_pass;
 }
 
-static void put_inputs(const struct scan_segment *segments, struct tfa_segment_boundary *boundary)
+static void put_inputs(const struct scan *scan, struct tfa_segment_boundary *boundary)
 {
     for (uint32_t k = 0; k < boundary->count; k++) {
-        put_vector(boundary->a_in, k, segments[k].a_in);
-        put_vector(boundary->f_out, k, segments[k].f_out);
+        put_vector(boundary->a_in, k, scan->segment[k].a_in);
+        put_vector(boundary->f_out, k, scan->segment[k].f_out);
     }
 }
 
-void TFA_V(segment_scan_solve)(struct scan_segment *segments, struct tfa_segment_boundary *boundary,
+void TFA_V(segment_scan_solve)(struct scan *scan, struct tfa_segment_boundary *boundary,
                                const double gravity[3])
 {
-    struct scan scan = {.segments = boundary->count, .segment = segments};
     const svec ground = {v3_zero(), v3_neg(v3_load(gravity))};
     for (uint32_t k = 0; k < boundary->count; k++) {
-        segments[k].v = fetch_vector(boundary->a_end, k);
-        segments[k].g = fetch_vector(boundary->g, k);
+        struct cut *cut = &scan->cuts->cut[k];
+        scan->segment[k].v = fetch_vector(boundary->a_end, k);
+        scan->segment[k].g = fetch_vector(boundary->g, k);
+        if (!boundary->floating)
+            continue;
+        num tau;
+        fetch(&tau, boundary->cut_tau, k, 1);
+        cut->c = fetch_vector(boundary->cut_c, k);
+        sv_store(cut->f, cfa_active_force(&cut->joint, &tau));
     }
-    TFA_V(scan_inward)(&scan);
-    TFA_V(scan_outward)(&scan, ground);
-    put_inputs(segments, boundary);
+    if (boundary->floating) {
+        TFA_V(cut_forces_solve)(scan, ground);
+    } else {
+        TFA_V(scan_inward)(scan);
+        TFA_V(scan_outward)(scan, ground);
+    }
+    put_inputs(scan, boundary);
 }
 
-void TFA_V(segment_scan_correct)(struct scan_segment *segments,
-                                 struct tfa_segment_boundary *boundary)
+int TFA_V(segment_scan_correct)(struct scan *scan, struct tfa_segment_boundary *boundary)
 {
-    struct scan scan = {.segments = boundary->count, .segment = segments};
+    int valid = 1;
     for (uint32_t k = 0; k < boundary->count; k++)
-        segments[k].a_end = fetch_vector(boundary->a_end, k);
-    TFA_V(scan_close_gaps)(&scan);
-    put_inputs(segments, boundary);
+        scan->segment[k].a_end = fetch_vector(boundary->a_end, k);
+    if (boundary->floating)
+        valid = TFA_V(cut_forces_close_gaps)(scan);
+    else
+        TFA_V(scan_close_gaps)(scan);
+    put_inputs(scan, boundary);
+    return valid;
 }
 
 size_t TFA_V(segment_scan_bytes)(void)
 {
-    return TFA_SEGMENTS_MAX * sizeof(struct scan_segment);
+    return TFA_V(scan_with_cuts_bytes)(0, TFA_SEGMENTS_MAX);
 }

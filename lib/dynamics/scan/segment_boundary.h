@@ -24,7 +24,11 @@
     X(a_end, 6, "a_out without a_in and f_out; then with them")                                    \
     X(g, 6, "f_in without a_in and f_out")                                                         \
     X(a_in, 6, "from the scan; then its correction")                                               \
-    X(f_out, 6, "the same")
+    X(f_out, 6, "the same")                                                                        \
+    X(cut_E, 9, "of the first joint, for segments that float (cut_forces.h)")                      \
+    X(cut_r, 3, "")                                                                                \
+    X(cut_c, 6, "")                                                                                \
+    X(cut_tau, 1, "")
 
 /* Every array is a whole number of vectors, the first at the front. */
 struct tfa_segment_boundary {
@@ -33,6 +37,7 @@ struct tfa_segment_boundary {
     TFA_SEGMENT_BOUNDARY_ARRAYS(TFA_SEGMENT_BOUNDARY_DECLARE)
 #undef TFA_SEGMENT_BOUNDARY_DECLARE
     uint32_t count;
+    int floating; /* forces at the cuts, in place of the scan */
 };
 
 #endif

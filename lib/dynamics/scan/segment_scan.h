@@ -9,14 +9,13 @@
 #include "dynamics/scan/segment_boundary.h"
 #include "spatial/num.h"
 
-struct scan_segment;
+struct scan;
 size_t TFA_V(segment_scan_bytes)(void);
 void TFA_V(segment_scan_velocities)(struct tfa_segment_boundary *boundary, int first);
-int TFA_V(segment_scan_factor)(struct scan_segment *segments, struct tfa_segment_boundary *boundary,
+int TFA_V(segment_scan_factor)(struct scan *scan, struct tfa_segment_boundary *boundary,
                                double max_ratio);
-void TFA_V(segment_scan_solve)(struct scan_segment *segments, struct tfa_segment_boundary *boundary,
+void TFA_V(segment_scan_solve)(struct scan *scan, struct tfa_segment_boundary *boundary,
                                const double gravity[3]);
-void TFA_V(segment_scan_correct)(struct scan_segment *segments,
-                                 struct tfa_segment_boundary *boundary);
+int TFA_V(segment_scan_correct)(struct scan *scan, struct tfa_segment_boundary *boundary);
 
 #endif

@@ -151,7 +151,8 @@ static inline void kinematics(struct segment_lanes *s, uint32_t g, int moving)
         put_boundary(s->boundary->r, g, &end.X.r.x, 3);
         put_boundary_vector(s->boundary->v_end, g, xform_motion(&end.X, end.v));
     }
-    overlap(s, g);
+    if (!s->boundary->floating)
+        overlap(s, g);
 }
 
 static void kinematics_task(void *context, uint32_t part, uint32_t worker)
@@ -213,8 +214,10 @@ static void inward_start(struct segment_lanes *s, uint32_t g, struct inward_carr
 {
     num seed[36];
     memset(w, 0, sizeof *w);
-    get_boundary(s->boundary->seed, g, seed, 36);
-    w->IA = s6_from_dense(seed);
+    if (!s->boundary->floating) {
+        get_boundary(s->boundary->seed, g, seed, 36);
+        w->IA = s6_from_dense(seed);
+    }
     for (int e = 0; e < 6; e++)
         sv_put(&w->P[e], e, num_of(1));
 }
@@ -262,11 +265,60 @@ static inline void through_joint(const struct body_constants *b, struct step *x,
     m6_add_outer_upper(w->C, psi, phi);
 }
 
+/* The element of a segment, to which the bodies of w belong */
+static inline void put_element(struct segment_lanes *s, uint32_t g, const struct inward_carry *w)
+{
+    num dense[36];
+    s6_dense(dense, &w->IA);
+    put_boundary(s->boundary->J, g, dense, 36);
+    put_boundary(s->boundary->C, g, w->C, 36);
+    put_boundary(s->boundary->a_end, g, w->a, 6);
+    put_boundary_vector(s->boundary->g, g, w->pA);
+    for (uint32_t e = 0; e < 6; e++)
+        sv_store(dense + 6 * e, w->P[e]);
+    put_boundary(s->boundary->A, g, dense, 36);
+}
+
+/* The same of one that floats: with its first body, without that body's joint */
+static inline void put_floating(struct segment_lanes *s, uint32_t g, struct inward_carry w,
+                                int moving)
+{
+    const size_t first = (size_t)g * s->steps;
+    const struct body_constants *b = &s->body_constants[first];
+    const struct step *x = &s->step[first];
+    const sym6 I = body_inertia(b);
+    svec c = sv_zero();
+    s6_add(&w.IA, &I);
+    if (moving) {
+        w.pA = sv_add(w.pA, s6_rigid_bias(b->I, b->h, b->mass, x->v));
+        c = revolute_velocity_product(x->v, s->qd[first]);
+    }
+    put_element(s, g, &w);
+    put_boundary(s->boundary->cut_E, g, &x->X.E.xx, 9);
+    put_boundary(s->boundary->cut_r, g, &x->X.r.x, 3);
+    put_boundary_vector(s->boundary->cut_c, g, c);
+    put_boundary(s->boundary->cut_tau, g, &s->tau[first], 1);
+}
+
+/* The first segment is the only one that does not float. */
+static inline void put_grounded(struct segment_lanes *s, const struct inward_carry *w)
+{
+    for (uint32_t e = 0; e < 36; e++)
+        s->boundary->C[e * TFA_SEGMENTS_MAX] = num_lane(w->C[e], 0);
+    for (uint32_t e = 0; e < 6; e++) {
+        num P[6];
+        sv_store(P, w->P[e]);
+        s->boundary->a_end[e * TFA_SEGMENTS_MAX] = num_lane(w->a[e], 0);
+        for (uint32_t f = 0; f < 6; f++)
+            s->boundary->A[(6 * e + f) * TFA_SEGMENTS_MAX] = num_lane(P[f], 0);
+    }
+}
+
 static inline void inward(struct segment_lanes *s, uint32_t g, int moving)
 {
     const size_t first = (size_t)g * s->steps;
     struct inward_carry w, fresh;
-    num dense[36], margin = num_of(1);
+    num margin = num_of(1);
     if (moving && !s->second_pass)
         correct_velocities(s, g);
     inward_start(s, g, &fresh);
@@ -275,18 +327,16 @@ static inline void inward(struct segment_lanes *s, uint32_t g, int moving)
         if (t + 1 >= s->cut.shortest && t + 1 < s->steps)
             select_lanes(s->length[g] == num_of(t + 1), &w.IA.A.xx, &fresh.IA.A.xx,
                          sizeof w / sizeof(num));
+        if (t == 0 && s->boundary->floating)
+            put_floating(s, g, w, moving);
         through_joint(&s->body_constants[first + t], &s->step[first + t], s->tau[first + t],
                       s->qd[first + t], &w, &margin, moving);
     }
     s->margin[g] = margin;
-    s6_dense(dense, &w.IA);
-    put_boundary(s->boundary->J, g, dense, 36);
-    put_boundary(s->boundary->C, g, w.C, 36);
-    put_boundary(s->boundary->a_end, g, w.a, 6);
-    put_boundary_vector(s->boundary->g, g, w.pA);
-    for (uint32_t e = 0; e < 6; e++)
-        sv_store(dense + 6 * e, w.P[e]);
-    put_boundary(s->boundary->A, g, dense, 36);
+    if (!s->boundary->floating)
+        put_element(s, g, &w);
+    else if (g == 0)
+        put_grounded(s, &w);
 }
 
 static __attribute__((flatten)) void inward_task(void *context, uint32_t part, uint32_t worker)
@@ -385,10 +435,13 @@ static int has_velocity(const struct segment_lanes *s)
 }
 
 static int segment_lanes_answer(struct segment_lanes *s, struct tfa_executor *executor,
-                                const tfa_request *request, uint32_t state, double max_ratio,
+                                const tfa_request *request, uint32_t state, tfa_method method,
                                 tfa_reply *reply)
 {
+    const double max_ratio = method == TFA_METHOD_SCAN_TWO_PASS ? -1 /* every cut */
+                                                                : TFA_SCAN_MAX_RATIO;
     int finite = 1, safe = 1;
+    s->boundary->floating = method == TFA_METHOD_TFA_CR || method == TFA_METHOD_CFA_CR;
     s->request = request;
     s->reply = reply;
     s->state = state;
@@ -401,15 +454,18 @@ static int segment_lanes_answer(struct segment_lanes *s, struct tfa_executor *ex
     }
     s->second_pass = 0;
     parallel_for(executor, inward_task, s, s->groups);
-    s->second_pass = s->scalar_kernel->segment_scan_factor(s->segments, s->boundary, max_ratio);
+    s->second_pass = s->scalar_kernel->segment_scan_factor(s->scan, s->boundary, max_ratio);
+    if (s->second_pass < 0)
+        return TFA_NOT_ANSWERED;
     if (s->second_pass) {
         parallel_for(executor, inward_task, s, s->groups);
-        (void)s->scalar_kernel->segment_scan_factor(s->segments, s->boundary, DBL_MAX);
+        (void)s->scalar_kernel->segment_scan_factor(s->scan, s->boundary, DBL_MAX);
     }
-    s->scalar_kernel->segment_scan_solve(s->segments, s->boundary,
+    s->scalar_kernel->segment_scan_solve(s->scan, s->boundary,
                                          request->gravity ? request->gravity : s->m->gravity);
     parallel_for(executor, outward_task, s, s->groups);
-    s->scalar_kernel->segment_scan_correct(s->segments, s->boundary);
+    if (!s->scalar_kernel->segment_scan_correct(s->scan, s->boundary))
+        return TFA_NOT_ANSWERED;
     parallel_for(executor, correct_task, s, s->groups);
     for (uint32_t g = 0; g < s->groups; g++) {
         finite &= num_all(s->finite[g]);

@@ -40,7 +40,7 @@ struct segment_lanes {
     struct tfa_chain_segments cut;
     uint32_t groups, steps; /* steps of the longest segment */
     const struct tfa_kernel *scalar_kernel;
-    void *segments; /* of that kernel */
+    void *scan; /* of that kernel */
     struct tfa_segment_boundary *boundary;
     num *length;                           /* [group] */
     struct body_constants *body_constants; /* [group][step] */
@@ -70,7 +70,7 @@ static inline size_t segment_lanes_walk(const tfa_model *m, const struct tfa_ker
     *o = (struct segment_lanes){
         .m = m, .cut = cut, .groups = groups, .steps = cut.longest, .scalar_kernel = scalar_kernel};
     o->boundary = arena_alloc(&a, 1, sizeof *o->boundary);
-    o->segments = arena_alloc(&a, scalar_kernel->segment_scan_bytes(), 1);
+    o->scan = arena_alloc(&a, scalar_kernel->segment_scan_bytes(), 1);
     o->length = arena_alloc(&a, groups, sizeof(num));
     o->finite = arena_alloc(&a, groups, sizeof(num_mask));
     o->margin = arena_alloc(&a, groups, sizeof(num));

@@ -107,6 +107,12 @@ int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa
     int status = TFA_V(forward_dynamics)(s, method);
     if (status != TFA_OK)
         return status;
+    if (s->stalled) {
+        out->flags |= TFA_ANSWER_FALLBACK | TFA_ANSWER_STALLED;
+        method = TFA_V(fallback)(s, method);
+        (void)TFA_V(forward_dynamics)(s, method);
+        with_estimate = r->estimate != TFA_ESTIMATE_NEVER;
+    }
     if (!with_estimate && TFA_V(sentinel_asks_estimate)(s, r, method, out)) {
         with_estimate = 1;
         s->lanes_diverged = s->lanes > 1; /* the other states may need no estimate */

@@ -76,7 +76,7 @@ static void lambda_kept(struct state *s, tfa_reference_frame frame, tfa_method m
                         uint32_t refine)
 {
     const struct method *row = TFA_V(method)(method);
-    const struct chain_method *chain = row->chain;
+    const struct chain_method *chain = TFA_V(chain_of)(s, method);
     if (row->osim && refine == 0 && !s->m->mimics)
         row->osim(s, frame);
     else if (chain && chain->osim && refine == 0 && chain->osim(s, frame))

@@ -79,7 +79,7 @@ static void mass_forward(struct state *s)
 #define CHAIN(name) .chain = &TFA_V(name##_method)
 extern const struct chain_method TFA_V(tfa_method), TFA_V(tfa_cr_method), TFA_V(hessenberg_method),
     TFA_V(cfa_method), TFA_V(cfa_cr_method), TFA_V(dca_method), TFA_V(scan_method),
-    TFA_V(scan_two_pass_method);
+    TFA_V(scan_two_pass_method), TFA_V(hybrid_method), TFA_V(segments_method);
 
 #if NUM_LANES > 1 /* batches have neither these nor tips */
 #define SINGLE(...)                                                                                \
@@ -87,12 +87,14 @@ extern const struct chain_method TFA_V(tfa_method), TFA_V(tfa_cr_method), TFA_V(
         0                                                                                          \
     }
 #define OSIM(name) NULL
+#define SEGMENTS
 #else
 #define SINGLE(...)                                                                                \
     {                                                                                              \
         __VA_ARGS__                                                                                \
     }
 #define OSIM(name) TFA_V(name)
+#define SEGMENTS , .chain_of_segments = &TFA_V(segments_method)
 #endif
 
 /* In the order of TFA_METHOD_LIST; zeros: no solves, or not in this kernel */
@@ -108,10 +110,10 @@ static const struct method rows[] = {
     [TFA_METHOD_TFA] = {CHAIN(tfa)},
     [TFA_METHOD_TFA_ONE_SIDED] = SINGLE(.osim_elimination = TFA_V(lambda_one_sided)),
     [TFA_METHOD_PROPAGATION] = SINGLE(.osim = TFA_V(lambda_propagation)),
-    [TFA_METHOD_TFA_CR] = {CHAIN(tfa_cr)},
+    [TFA_METHOD_TFA_CR] = {CHAIN(tfa_cr) SEGMENTS},
     [TFA_METHOD_HESSENBERG] = SINGLE(CHAIN(hessenberg)),
     [TFA_METHOD_CFA] = {CHAIN(cfa)},
-    [TFA_METHOD_CFA_CR] = {CHAIN(cfa_cr)},
+    [TFA_METHOD_CFA_CR] = {CHAIN(cfa_cr) SEGMENTS},
     [TFA_METHOD_DCA] = {CHAIN(dca)},
     [TFA_METHOD_SCAN] =
         SINGLE(CHAIN(scan), .margin = TFA_V(sentinel_margin_articulated), .is_scan = 1),
@@ -119,6 +121,7 @@ static const struct method rows[] = {
         SINGLE(CHAIN(scan_two_pass), .margin = TFA_V(sentinel_margin_articulated), .is_scan = 1),
     [TFA_METHOD_EFPA] = SINGLE(.osim = TFA_V(lambda_efpa)),
     [TFA_METHOD_PV_OSIMR] = SINGLE(.osim = TFA_V(lambda_pv)),
+    [TFA_METHOD_HYBRID] = SINGLE(CHAIN(hybrid), .margin = TFA_V(sentinel_margin_articulated)),
 };
 #define ROWS (sizeof rows / sizeof *rows)
 
@@ -135,6 +138,19 @@ const struct method *TFA_V(method)(tfa_method method)
     return (size_t)method < ROWS ? &rows[method] : &none;
 }
 
+const struct chain_method *TFA_V(chain_of)(const struct state *s, tfa_method method)
+{
+    const struct method *row = TFA_V(method)(method);
+    return s->in_segments && row->chain_of_segments ? row->chain_of_segments : row->chain;
+}
+
+static size_t most_bytes(const struct method *row, size_t length)
+{
+    const size_t bytes = row->chain->bytes(length),
+                 segments = row->chain_of_segments ? row->chain_of_segments->bytes(length) : 0;
+    return bytes > segments ? bytes : segments;
+}
+
 /* Memory for the method that keeps most. Trees share it, one behind the other. */
 size_t TFA_V(chain_bytes)(const struct tfa_model *m, uint32_t wanted)
 {
@@ -144,7 +160,7 @@ size_t TFA_V(chain_bytes)(const struct tfa_model *m, uint32_t wanted)
         if (!rows[k].chain || !reserves_method(wanted, (tfa_method)k))
             continue;
         for (uint32_t t = 0; t < m->trees; t++)
-            sum += rows[k].chain->bytes(m->chain[t].length);
+            sum += most_bytes(&rows[k], m->chain[t].length);
         most = sum > most ? sum : most;
     }
     return most;
@@ -190,7 +206,7 @@ int TFA_V(factor)(struct state *s, tfa_method method)
 {
     const struct method *row = TFA_V(method)(method);
     if (row->chain)
-        return TFA_V(chain_factor)(s, row->chain);
+        return TFA_V(chain_factor)(s, TFA_V(chain_of)(s, method));
     row->factor(s);
     return TFA_OK;
 }
@@ -199,7 +215,7 @@ void TFA_V(solve_free)(struct state *s, tfa_method method, const num *rhs, num *
 {
     const struct method *row = TFA_V(method)(method);
     if (row->chain)
-        TFA_V(chain_solve)(s, row->chain, rhs, x, 0);
+        TFA_V(chain_solve)(s, TFA_V(chain_of)(s, method), rhs, x, 0);
     else
         row->solve(s, rhs, x);
 }
@@ -214,11 +230,12 @@ void TFA_V(solve)(struct state *s, tfa_method method, const num *rhs, num *x)
 int TFA_V(forward_dynamics)(struct state *s, tfa_method method)
 {
     const struct method *row = TFA_V(method)(method);
+    s->stalled = 0;
     if (row->chain) {
-        const int status = TFA_V(chain_factor)(s, row->chain);
+        const int status = TFA_V(chain_factor)(s, TFA_V(chain_of)(s, method));
         if (status != TFA_OK)
             return status;
-        TFA_V(chain_solve)(s, row->chain, s->tau, s->qdd, 1);
+        TFA_V(chain_solve)(s, TFA_V(chain_of)(s, method), s->tau, s->qdd, 1);
     } else {
         row->forward(s);
     }

@@ -16,6 +16,8 @@ struct method {
     /* A method along chains has these three by chain.c. Others: factors, unless they are there; x =
      * M^-1 rhs with kept factors, x may be rhs; s->qdd of s->tau, leaving the factors. */
     const struct chain_method *chain;
+    /* The same for chains that are computed in segments (tfa_cut_segments); NULL: no other */
+    const struct chain_method *chain_of_segments;
     void (*factor)(struct state *s);
     void (*solve)(struct state *s, const num *rhs, num *x);
     void (*forward)(struct state *s);
@@ -34,6 +36,9 @@ struct method {
 
 /* The row of a method; of one that a batch does not have, a row of zeros */
 const struct method *TFA_V(method)(tfa_method method);
+
+/* How it goes along the chains of a robot; NULL: not along chains */
+const struct chain_method *TFA_V(chain_of)(const struct state *s, tfa_method method);
 
 /* Factors from inverse inertias may have lost a direction for good, and then see nothing of it.
  * This method's factors estimate the errors of those that invert, for no more than one of their

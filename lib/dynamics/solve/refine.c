@@ -238,7 +238,7 @@ struct refined TFA_V(refine)(struct state *s, tfa_method method, uint32_t steps,
         before = estimate.lane[0];
         estimate = next;
     }
-    uint16_t fallback_reason = TFA_V(needs_fallback)(&estimate, converging);
+    uint16_t fallback_reason = TFA_V(needs_fallback)(&estimate, converging && !s->stalled);
     if (to_full_precision && !fallback_reason &&
         !remainder_is_small(s, method, first.lane[0], remainder))
         fallback_reason = TFA_ANSWER_INACCURATE;
@@ -251,7 +251,8 @@ struct refined TFA_V(refine)(struct state *s, tfa_method method, uint32_t steps,
             raise_to_at_least(&estimate.lane[l], last.lane[l]);
         if (!s->residual_kernel)
             keep_better_solution(s, method, &first, plain, &estimate);
-        fallback_reason = fallback_reason ? fallback_reason : TFA_V(needs_fallback)(&estimate, 1);
+        fallback_reason =
+            fallback_reason ? fallback_reason : TFA_V(needs_fallback)(&estimate, !s->stalled);
     }
     return (struct refined){estimate, estimated, fallback_reason};
 }

@@ -3,8 +3,8 @@
  *
  * Thread pools, and batch pools that answer one request on several cores. The states of a batch are
  * spread over the threads. If there are fewer states than threads, the method is parallel (scan,
- * scan-two-pass, tfa-cr, cfa-cr) and the robot has a chain of 48 bodies or more, all threads work
- * on one state after the other.
+ * scan-two-pass, tfa-cr, cfa-cr, hybrid) and the robot has a chain of 48 bodies or more, all
+ * threads work on one state after the other.
  */
 #ifndef TOTALFORCE_BATCH_POOL_H
 #define TOTALFORCE_BATCH_POOL_H

@@ -17,6 +17,8 @@
  *   dca            Featherstone, Int. J. Robotics Research 18(9), 1999
  *   scan,          elements of Saerkkae, Garcia-Fernandez, arXiv 2104.03186, with bodies in place
  *   scan-two-pass  of time steps
+ *   hybrid         segments direct, cuts iterative: Engineering with Computers 16, 96-108, 2000;
+ *                  equations: docs/methods.md
  *   propagation    Lilly, Orin, IEEE Trans. Systems, Man, and Cybernetics 23(5), 1993
  *   efpa           Wensing, Featherstone, Orin, ICRA 2012
  *   pv-osimr       Sathya, Decre, Swevers, arXiv 2310.03676
@@ -84,6 +86,7 @@ typedef enum tfa_refusal {
     TFA_REFUSES_LOCKED = 16,            /**< joints locked by the request */
     TFA_REFUSES_MIMICS = 32,            /**< mimic joints that are projected */
     TFA_REFUSES_MASSLESS_FOLLOWER = 64, /**< mimic joints that move no mass of their own */
+    TFA_REFUSES_TIPS = 128,             /**< tips */
 } tfa_refusal;
 
 /** Refusals that methods share */
@@ -108,14 +111,15 @@ typedef enum tfa_refusal {
     X(PROPAGATION, 6, "propagation", TFA_OPS_OSIM, ABA, "O(N + m d)",                              \
       TFA_REFUSES_MASSLESS_FOLLOWER, "force propagation along the tips' supports")                 \
     X(TFA_CR, 7, "tfa-cr", TFA_OPS_SOLVE, TFA_CR, "O(N), O(log N) in parallel",                    \
-      TFA_INVERSE_REFUSES, "total force algorithm by block cyclic reduction")                      \
+      TFA_INVERSE_REFUSES,                                                                         \
+      "total force algorithm by block cyclic reduction; long revolute chains: as cfa-cr")          \
     X(HESSENBERG, 8, "hessenberg", TFA_OPS_SOLVE, HESSENBERG, "O(N^2)",                            \
       TFA_INVERSE_REFUSES | TFA_REFUSES_LENGTH, "the paper's (57): block upper Hessenberg")        \
     X(CFA, 9, "cfa", TFA_OPS_SOLVE, CFA, "O(N)", TFA_INVERSE_REFUSES | TFA_REFUSES_ARMATURE,       \
       "constraint forces, block LDL^T")                                                            \
     X(CFA_CR, 10, "cfa-cr", TFA_OPS_SOLVE, CFA_CR, "O(N), O(log N) in parallel",                   \
       TFA_INVERSE_REFUSES | TFA_REFUSES_ARMATURE,                                                  \
-      "constraint forces by block cyclic reduction; long revolute chains: as tfa-cr")              \
+      "constraint forces by block cyclic reduction; long revolute chains: over segments")          \
     X(DCA, 11, "dca", TFA_OPS_SOLVE, DCA, "O(N), O(log N) in parallel", TFA_INVERSE_REFUSES,       \
       "divide and conquer: two-handle inverse inertias, assembly tree")                            \
     X(SCAN, 12, "scan", TFA_OPS_SOLVE, SCAN, "O(N), O(N/P + log P) on P", TFA_CHAIN_REFUSES,       \
@@ -126,7 +130,10 @@ typedef enum tfa_refusal {
     X(EFPA, 14, "efpa", TFA_OPS_OSIM, ABA, "O(N + m d + m^2)", TFA_CHAIN_REFUSES,                  \
       "extended force propagation")                                                                \
     X(PV_OSIMR, 15, "pv-osimr", TFA_OPS_OSIM, ABA, "O(N + m^2)", TFA_REFUSES_MASSLESS_FOLLOWER,    \
-      "force propagation with shared supports passed in one step")
+      "force propagation with shared supports passed in one step")                                 \
+    X(HYBRID, 16, "hybrid", TFA_OPS_FD, HYBRID, "O(N), O(N/P + iterations) on P",                  \
+      TFA_CHAIN_REFUSES | TFA_REFUSES_TIPS,                                                        \
+      "segments of articulated bodies, forces at their cuts by conjugate gradients")
 
 /** TFA_METHOD_AUTO = 0, TFA_METHOD_RNEA = 1, ...: one constant for each row of TFA_METHOD_LIST. */
 typedef enum tfa_method {

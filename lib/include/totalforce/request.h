@@ -30,7 +30,8 @@ extern "C" {
  * numbers whose difference it is (docs/methods.md); cost: about six operations for each body.
  */
 typedef enum tfa_estimate {
-    TFA_ESTIMATE_DEFAULT = 0, /**< methods with TFA_REFUSES_NO_INVERSE: every answer. Others: if the
+    TFA_ESTIMATE_DEFAULT = 0, /**< methods with TFA_REFUSES_NO_INVERSE: every answer; but qdd by
+                                   tfa-cr and cfa-cr over segments as others. Others: if the
                                    sentinel exceeds 1e-9 (f32: 3e-4) or a D_i is not positive; the
                                    answer is then estimated, by default refined once if its estimate
                                    exceeds 1e-7, and falls back if the estimate is too large
@@ -125,7 +126,8 @@ typedef enum tfa_residual {
     X(TFA_RESIDUAL_F128, "f128")
 
 #define TFA_MAX_REFINE 3 /**< refinement steps of one request */
-/** Default number of refinement steps: 1 for methods that invert body inertias, 0 for others; with
+/** Default number of refinement steps: 1 for methods that invert body inertias, 0 for others and
+ *  for qdd by tfa-cr and cfa-cr over segments; with
  *  a residual in higher precision as many as needed, up to 3 for float and 2 for double factors. */
 #define TFA_REFINE_DEFAULT UINT32_MAX
 
@@ -201,7 +203,11 @@ typedef struct tfa_request {
 #define TFA_ANSWER_ESTIMATED 1u   /**< error_estimate was computed for this state */
 #define TFA_ANSWER_FALLBACK 2u    /**< the requested method failed; `method` answered. Reason: */
 #define TFA_ANSWER_INACCURATE 8u  /**< the estimate was above 1e-4 */
-#define TFA_ANSWER_STALLED 16u    /**< a refinement step did not shrink the correction tenfold */
+#define TFA_ANSWER_STALLED                                                                         \
+    16u                           /**< a refinement step did not shrink the correction tenfold; or
+                                       forces at the cuts of a chain have no digits, or took too
+                                       many iterations (hybrid, tfa-cr, cfa-cr): replaced also
+                                       with TFA_ESTIMATE_NEVER */
 #define TFA_ANSWER_NOT_FINITE 32u /**< the method's answer was not finite */
 /** Computed in higher precision than that of the factors: that of the residual, or double in place
  *  of float. With TFA_ANSWER_FALLBACK by the method of auto, because the estimate stayed too large;

@@ -43,6 +43,7 @@ static void compare(struct bench *b, tfa_method method)
             size += want[k] * want[k];
         }
         const double error = sqrt((double)(difference / size));
+        assert_false(s->stalled);
         if (!(error < 1e-25))
             fail_msg("%s, %u links, %s: error %.3g", b->d->name, (unsigned)b->d->joint_count,
                      tfa_method_name((uint32_t)method), error);
@@ -63,6 +64,7 @@ TEST(every_length_equals_aba)
             struct bench b = bench_open(kinds[k], links, base, links);
             compare(&b, TFA_METHOD_SCAN);
             compare(&b, TFA_METHOD_SCAN_TWO_PASS);
+            compare(&b, TFA_METHOD_HYBRID);
             bench_close(&b);
         }
     print_message("  worst difference %.2g\n", worst_length);
@@ -128,6 +130,7 @@ TEST(branches_and_wrenches_equal_aba)
         assert_int_equal(b.model->trees, base == TFA_BASE_FIXED && test_case % 4 == 0 ? 2 : 1);
         compare(&b, TFA_METHOD_SCAN);
         compare(&b, TFA_METHOD_SCAN_TWO_PASS);
+        compare(&b, TFA_METHOD_HYBRID);
         bench_close(&b);
     }
     print_message("  worst difference %.2g\n", worst_length);

@@ -146,6 +146,7 @@ static struct way forward_ways[] = {
     {TFA_METHOD_DCA, {1e-10, 5e-14, 0, 1e-14, 3e-2}, {0}, {0}},
     {TFA_METHOD_HESSENBERG, {2e-11, 5e-14, 0, 1e-14, 1e-2}, {0}, {0}},
     {TFA_METHOD_SCAN_TWO_PASS, {2e-12}, {0}, {0}},
+    {TFA_METHOD_HYBRID, {2e-12, 5e-14, 0, 1e-14}, {0}, {0}},
     {TFA_METHOD_AUTO, {2e-12}, {0}, {0}},
 };
 #define FORWARD_WAYS (sizeof forward_ways / sizeof *forward_ways)

@@ -3,7 +3,7 @@
  *
  * The rank of Lambda^-1 by every method, unrefined and as by default, is that of force propagation
  * in quadruple precision: robots in random and in singular postures, one tip and several; tips that
- * share more freedoms than there are; and long chains, whose partitions fill lanes.
+ * share more freedoms than there are; and long chains, whose segments fill lanes.
  */
 #include "mechanism/mechanism.h"
 #include "models.h"

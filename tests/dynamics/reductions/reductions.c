@@ -463,6 +463,7 @@ static bool may_refuse(const reduction *r, const tfa_method_info *row, int statu
     const unsigned method = TFA_REFUSES_ARMATURE | TFA_REFUSES_MIMICS | massless;
     return (status == TFA_E_NOT_COMPUTED && field == TFA_FIELD_BODY && row->refuses & massless) ||
            (status == TFA_E_METHOD && field == TFA_FIELD_METHOD && row->refuses & method) ||
+           (status == TFA_E_METHOD && field == TFA_FIELD_TIPS && row->refuses & TFA_REFUSES_TIPS) ||
            (status == TFA_E_SINGULAR && field == TFA_FIELD_BODY &&
             row->refuses & TFA_REFUSES_NO_INVERSE) ||
            (status == TFA_E_UNSUPPORTED && row->refuses & (TFA_REFUSES_LENGTH | TFA_REFUSES_SIZE));

@@ -2,7 +2,7 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * One refinement step makes no answer worse: for every method of forward dynamics, with the
- * partitions of a long chain in lanes and row by row, on every mechanism. Nor does it lose more
+ * segments of a long chain in lanes and row by row, on every mechanism. Nor does it lose more
  * than the same step by a request of inverse dynamics. The truth is aba in quadruple precision.
  *
  *     test_refined [SEEDS]
@@ -202,7 +202,7 @@ static void compare(test_case *x, tfa_request r, int side, int *lost)
         return;
     const double refined = error_of(x, r, 1, x->refined);
     kept_worse += isfinite(unestimated) && refined > 100 * unestimated + NO_BETTER;
-    correct(x, r, x->robot.f64, x->unestimated, x->by_hand); /* by the same partitions or rows */
+    correct(x, r, x->robot.f64, x->unestimated, x->by_hand); /* by the same segments or rows */
     const double by_hand = error_of_sum(x, x->unestimated, x->by_hand);
     const double bound = WORSE * (unestimated + x->floor) + ROUNDING,
                  other = LUCK * (by_hand + x->floor) + ROUNDING;

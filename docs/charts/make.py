@@ -28,7 +28,7 @@ FULL = SimpleNamespace(
     robots=("arm7", "quadruped", "humanoid"), cores="8,32,128,512,1024,2048,4096", single="32,128",
     strategies="single,batch,specialised,specialised-batch", inertia=128, seconds=10, half=5,
     samples=100, published="8,64,256,1024", fronts="--bodies 64,1000 --threads 1,2 --methods "
-    "aba,crba,scan,tfa,tfa-cr,cfa,cfa-cr,dca,hessenberg")
+    "aba,crba,scan,tfa,tfa-cr,cfa,cfa-cr,dca,hessenberg,hybrid")
 QUICK = SimpleNamespace(
     sizes="4,48", one=48, map_bodies=48, budget=1, points=3, robots=("arm7",), cores="8,32",
     chains="--mechanisms random,heavy-tip,alternating,rank-deficient,side-branches,thin,taper "

@@ -11,7 +11,7 @@ from totalforce_tools.chart_pictures import clip, draw_floor, is_exact
 
 SCENES = {"arm7": "7-joint arm", "random": "chain of {}", "humanoid": "47-joint humanoid",
           "thin": "thin rods, chain of {}"}
-INVERTING = ("tfa", "tfa-cr", "cfa", "cfa-cr", "dca", "hessenberg")
+INVERTING = ("tfa", "cfa", "dca", "hessenberg")
 WORDS = {"f64": "", "f32": " float", "f32+f64": " mixed"}
 
 

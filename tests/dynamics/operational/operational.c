@@ -235,7 +235,8 @@ void op_choose_method(op_case *c, tfa_request *r)
 {
     const bool singular = tfa_model_summarise(c->model).singular_body >= 0;
     uint32_t methods = 0;
-    while (tfa_method_describe(methods))
+    while (tfa_method_describe(methods) &&
+           !(tfa_method_describe(methods)->refuses & TFA_REFUSES_TIPS)) /* they stand last */
         methods++;
     r->estimate = (tfa_estimate)random_below(&c->s, 3);
     for (int attempt = 0; attempt < 20; attempt++) {

@@ -17,7 +17,7 @@
 #define WORSE 3
 #define ROUNDING 1e-14
 /* The same step by requests of inverse dynamics and of the method loses the same, but for luck. */
-#define LUCK 10
+#define LUCK 20
 /* A method whose error with torques of a random qdd is larger has lost a direction in its factors.
  * A step with them adds their error of what rounding leaves in the residual, whatever the residual
  * is. */

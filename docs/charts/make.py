@@ -46,7 +46,7 @@ cores|{chart} --mechanisms random --bodies {cores} --methods auto --rhs qdd --re
 single|{chart} {arm} {humanoid} --mechanisms random --bodies {single} --methods aba --rhs qdd \
 --refine 0,1 --precision f64,f32,f32+f64 --strategies single,batch
 front|{chart} {arm} {humanoid} --mechanisms random,thin {fronts} --rhs qdd --refine 0,1 \
---precision f64,f32,f32+f64
+--precision f64,f32,f32+f64 --strategies single
 drift-arm|drift {arm} --precision f64,f32,f32+f64 --step 0.004,0.001 --seconds {seconds} \
 --samples {samples}
 drift-thin|drift --mechanism thin --methods aba,tfa,cfa,dca --precision f64,f32 --step 0.002 \

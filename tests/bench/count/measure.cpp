@@ -185,6 +185,7 @@ count_robot::count_robot(unsigned joints, bool moving) : m_(new body)
     if (!b.memory)
         std::abort();
     b.s = tfa_kernel_count_base.init(b.model, {TFA_METHODS_ALL, TFA_DEFAULT_TIPS}, b.memory);
+    b.s->in_segments = 0; /* cyclic reduction over the rows of all bodies, as in the paper */
     for (unsigned k = 0; k < joints; k++) {
         b.q.push_back(maker.uniform());
         b.v.push_back(maker.uniform());

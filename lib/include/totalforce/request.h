@@ -384,11 +384,11 @@ typedef struct tfa_reply {
                                     children's F, H^T F = tau - damping - armature times qdd. Joints
                                     that follow others, and locked ones, carry what their constraint
                                     takes; what a scene leaves out pulls at no link. Cost: at most
-                                    one inverse dynamics more, of one state and of each of a batch:
-                                    0.84 to 0.98 with forward and 0.47 to 0.62 with inverse dynamics
-                                    of arm, quadruped and humanoid; 1.3 to 1.6 behind a specialised
-                                    kernel, the parallel methods of a long chain and batches in
-                                    float, which do not keep the state */
+                                    one inverse dynamics more, of one state and of each of a batch,
+                                    counted in instructions (docs/performance.md); more where the
+                                    state is not kept: behind a specialised kernel, by the parallel
+                                    methods of a long chain (1.35 of 256 bodies), and in batches in
+                                    float, whose forces are computed in double, state by state */
     tfa_answer *answers;       /**< count */
 } tfa_reply;
 

@@ -13,6 +13,8 @@
 /* Shorter chains are faster body by body, longer ones have twice the segments. */
 #define SEGMENT_LANES_BODIES_MIN 48u
 #define SEGMENT_LANES_BODIES_MANY 256u
+/* A cut moves by at most this part of a segment. */
+#define SEGMENT_LANES_REACH 8u
 
 /* Inertia outboard of the end of a segment behind body k, in multiples of what its joint moves by
  * itself: the heaviest of the next bodies, held by the next joint, which moves with body k but for
@@ -63,6 +65,16 @@ uint32_t tfa_segment_count(uint32_t length)
     return length < SEGMENT_LANES_BODIES_MIN ? 1 : length < SEGMENT_LANES_BODIES_MANY ? 8 : 16;
 }
 
+int64_t tfa_segment_end(const struct tfa_body *body, const struct tfa_chain *chain, uint32_t k,
+                        int floating)
+{
+    const uint32_t count = tfa_segment_count(chain->length), length = chain->length / count;
+    const uint32_t middle = (uint32_t)((uint64_t)chain->length * (k + 1) / count) - 1;
+    return k + 1 == count
+               ? middle
+               : tfa_best_cut(body, chain, middle, length / SEGMENT_LANES_REACH, floating);
+}
+
 static int fits_segment_lanes(const tfa_model *m)
 {
     if (m->trees != 1 || m->bodies < SEGMENT_LANES_BODIES_MIN || m->chain[0].length != m->bodies ||
@@ -79,16 +91,11 @@ struct tfa_chain_segments tfa_cut_segments(const tfa_model *m)
     struct tfa_chain_segments s = {
         .count = fits_segment_lanes(m) ? tfa_segment_count(m->bodies) : 0, .shortest = m->bodies};
     for (uint32_t k = 0, end = 0; k < s.count; k++) {
-        const uint32_t length = m->bodies / s.count;
+        const int64_t last = tfa_segment_end(m->body, m->chain, k, 0);
+        if (last < 0)
+            return (struct tfa_chain_segments){0};
         s.first[k] = end;
-        end = (uint32_t)((uint64_t)m->bodies * (k + 1) / s.count);
-        if (k + 1 < s.count) {
-            const int64_t at =
-                tfa_best_cut(m->body, m->chain, end - 1, length / TFA_SEGMENT_REACH, 0);
-            if (at < 0)
-                return (struct tfa_chain_segments){0};
-            end = (uint32_t)at + 1;
-        }
+        end = (uint32_t)last + 1;
         s.length[k] = end - s.first[k];
         s.shortest = s.length[k] < s.shortest ? s.length[k] : s.shortest;
         s.longest = s.length[k] > s.longest ? s.length[k] : s.longest;

@@ -26,9 +26,10 @@ int64_t tfa_best_cut(const struct tfa_body *body, const struct tfa_chain *chain,
 /* Segments of about the same length that a chain of so many bodies is cut into, for lanes and
  * threads: 1, 8 or 16 */
 #define TFA_SEGMENTS_MAX 16u
-/* A cut moves by at most this part of a segment. */
-#define TFA_SEGMENT_REACH 8u
 uint32_t tfa_segment_count(uint32_t length);
+/* Position of the last body of segment k of these; -1 and `floating` as tfa_best_cut */
+int64_t tfa_segment_end(const struct tfa_body *body, const struct tfa_chain *chain, uint32_t k,
+                        int floating);
 
 /* The segments of a chain that go in SIMD lanes */
 struct tfa_chain_segments {

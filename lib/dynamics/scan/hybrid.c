@@ -19,14 +19,10 @@ static size_t bytes(size_t length)
 /* Where no body near the end of a segment will do, it goes on. */
 static void cut(const struct state *s, const struct tfa_chain *chain, struct scan *scan)
 {
-    const uint32_t count = tfa_segment_count(chain->length), length = chain->length / count;
     uint32_t first = 0;
     scan->segments = 0;
-    for (uint32_t k = 1; k <= count; k++) {
-        const uint32_t middle = (uint32_t)((uint64_t)chain->length * k / count) - 1;
-        const int64_t end =
-            k == count ? middle
-                       : tfa_best_cut(s->body, chain, middle, length / TFA_SEGMENT_REACH, 1);
+    for (uint32_t k = 0; k < tfa_segment_count(chain->length); k++) {
+        const int64_t end = tfa_segment_end(s->body, chain, k, 1);
         if (end < 0)
             continue;
         scan->segment[scan->segments++] =

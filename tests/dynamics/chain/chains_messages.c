@@ -40,29 +40,25 @@ static void run(test_system *t, enum step step, size_t k, size_t h)
         cyclic_substitute_x(t->row, t->length, k, h, t->kind, 1);
 }
 
-/* Every number of a row, eliminated or not, is different; diagonal blocks are dominant. */
+/* Numbers of a row, eliminated or not: all different and its block dominant; NULL: none is one */
+static void fill_row(struct cyclic_row *r, random_source *s)
+{
+    num *const blocks[] = {r->D.a, r->L, r->U, r->P, r->Q, r->x};
+    for (size_t b = 0; b < sizeof blocks / sizeof *blocks; b++)
+        for (int e = 0; e < 36; e++)
+            blocks[b][e] = num_of(s ? random_uniform(s, 0.5, 1) : (double)NAN);
+    for (int e = 0; s && e < 6; e++)
+        r->D.a[7 * e] = num_of(20);
+}
+
 static void fill(test_system *t, uint64_t seed)
 {
     random_source s = {seed};
     memset(t->row, 0, sizeof t->row);
     for (size_t k = 0; k < t->length; k++) {
-        struct cyclic_row *r = &t->row[k];
-        num *const blocks[] = {r->D.a, r->L, r->U, r->P, r->Q, r->x};
-        for (size_t b = 0; b < sizeof blocks / sizeof *blocks; b++)
-            for (int e = 0; e < 36; e++)
-                blocks[b][e] = num_of(random_uniform(&s, 0.5, 1));
-        for (int e = 0; e < 6; e++)
-            r->D.a[7 * e] = num_of(20);
-        r->size = 5;
+        fill_row(&t->row[k], &s);
+        t->row[k].size = 5;
     }
-}
-
-static void spoil(struct cyclic_row *r)
-{
-    num *const blocks[] = {r->D.a, r->L, r->U, r->P, r->Q, r->x};
-    for (size_t b = 0; b < sizeof blocks / sizeof *blocks; b++)
-        for (int e = 0; e < 36; e++)
-            blocks[b][e] = num_of((double)NAN);
 }
 
 /* Whether row k of level h reads a number of row j in that step */
@@ -70,7 +66,7 @@ static bool reads(const test_system *t, enum step step, size_t k, size_t h, size
 {
     static test_system clean, spoilt;
     clean = spoilt = *t;
-    spoil(&spoilt.row[j]);
+    fill_row(&spoilt.row[j], NULL);
     run(&clean, step, k, h);
     run(&spoilt, step, k, h);
     return memcmp(&clean.row[k], &spoilt.row[k], sizeof clean.row[k]) != 0;

@@ -36,12 +36,14 @@ enum tfa_extent {
     EXTENT_PAYLOADS = -11,
     EXTENT_LOCKED = -12,
     EXTENT_COUNT = -13, /**< states */
+    EXTENT_MODES = -14, /**< of flexible links */
 };
 
 /** Lengths of one robot and one request */
 typedef struct tfa_extents {
     size_t q, v, base, links; /**< base: its freedoms */
     size_t count, tips, rows, wrenches, payloads, locked;
+    size_t modes;
 } tfa_extents;
 
 /** Arrays of a request in the order of the wire: X(NAME, member of tfa_request, axes), with three
@@ -61,7 +63,9 @@ typedef struct tfa_extents {
     X(RANK_THRESHOLD, rank_threshold, NONE, NONE, NONE)                                            \
     X(CHARACTERISTIC_LENGTH, characteristic_length, NONE, NONE, NONE)                              \
     X(PAYLOADS, payloads, NONE, PAYLOADS, PAYLOAD)                                                 \
-    X(LOCKED, locked, NONE, NONE, LOCKED)
+    X(LOCKED, locked, NONE, NONE, LOCKED)                                                          \
+    X(MODES, modes, COUNT, NONE, MODES)                                                            \
+    X(MODE_VELOCITIES, mode_velocities, COUNT, NONE, MODES)
 
 /** Without what an output is not there, though its op or flag asks for it */
 enum tfa_needs {
@@ -120,7 +124,8 @@ enum tfa_needs {
     X(DQDD_DQ, dqdd_dq, FREEDOMS, FREEDOMS, TFA_OPS_DERIVATIVES, 0, NOTHING)                       \
     X(DQDD_DV, dqdd_dv, FREEDOMS, FREEDOMS, TFA_OPS_DERIVATIVES, 0, NOTHING)                       \
     X(DQDD_DTAU, dqdd_dtau, FREEDOMS, FREEDOMS, TFA_OPS_DERIVATIVES, 0, NOTHING)                   \
-    X(JOINT_FORCES, joint_forces, LINKS, 6, 0, TFA_WANT_JOINT_FORCES, MOTION)
+    X(JOINT_FORCES, joint_forces, LINKS, 6, 0, TFA_WANT_JOINT_FORCES, MOTION)                      \
+    X(OUT_MODES, modes, NONE, MODES, TFA_OPS_FD, 0, NOTHING)
 
 /** How JSON prints an output */
 enum tfa_layout {
@@ -141,6 +146,7 @@ enum tfa_layout {
     X(OUT_QDD, qdd, "qdd", VECTOR, "accelerations, rad/s^2 or m/s^2: time derivatives of v")       \
     X(OUT_BASE_ACCELERATION, base_acceleration, "base_acceleration", VECTOR,                       \
       "time derivatives of the components of base_twist, m/s^2 and rad/s^2")                       \
+    X(OUT_MODES, modes, "modes", VECTOR, "accelerations of the modal coordinates, 1/s^2")          \
     X(OUT_TAU, tau, "tau", VECTOR, "joint forces, N m or N")                                       \
     X(OUT_BASE_WRENCH, base_wrench, "base_wrench", VECTOR,                                         \
       "wrench on the root link in its frame, N and N m")                                           \
@@ -340,6 +346,8 @@ static inline size_t tfa_extent(int extent, const tfa_extents *n)
         return n->locked;
     case EXTENT_COUNT:
         return n->count;
+    case EXTENT_MODES:
+        return n->modes;
     default:
         return (size_t)extent;
     }

@@ -87,6 +87,7 @@ typedef enum tfa_refusal {
     TFA_REFUSES_MIMICS = 32,            /**< mimic joints that are projected */
     TFA_REFUSES_MASSLESS_FOLLOWER = 64, /**< mimic joints that move no mass of their own */
     TFA_REFUSES_TIPS = 128,             /**< tips */
+    TFA_REFUSES_MODES = 256,            /**< robots with flexible links */
 } tfa_refusal;
 
 /** Refusals that methods share */

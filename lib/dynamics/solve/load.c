@@ -43,6 +43,22 @@ static int load_base(struct state *s, const tfa_request *r)
     return num_all(same);
 }
 
+/* Modal coordinates. Returns whether they are unchanged. */
+static int load_modes(struct state *s, const tfa_request *r)
+{
+    num_mask same = num_of(0) == num_of(0);
+#if LAYOUT_BODIES_IN_LANES == 1
+    for (uint32_t k = 0; k < s->m->modes; k++) {
+        const num x = r->modes ? gather_states(s, r->modes, s->m->modes, k) : num_of(0);
+        same &= x == s->eta[k];
+        s->eta[k] = x;
+    }
+#else
+    (void)s, (void)r;
+#endif
+    return num_all(same);
+}
+
 /* Is what was computed of these spans there? What was computed of everything serves for a part of
  * it; what was computed of a part serves for the same part only. */
 static int covers(const struct state *s, const struct span *wanted, uint32_t count)
@@ -64,6 +80,7 @@ static void load_pose(struct state *s, const tfa_request *r)
     for (uint32_t k = 0; k < count; k++)
         same &= load_coordinates(s, r, wanted[k]);
     same &= load_base(s, r);
+    same &= load_modes(s, r);
     if (same && covers(s, wanted, count))
         return;
     s->have = 0;
@@ -97,7 +114,7 @@ static num_mask load_joints(const struct state *s, num *out, const double *joint
 /* out = base six, then joints; a NULL input is zero. Returns whether anything is not zero. */
 int TFA_V(load_freedoms)(const struct state *s, num *out, const double *base, const double *joints)
 {
-    const uint32_t nb = s->m->base_freedoms, n = s->freedoms;
+    const uint32_t nb = s->m->base_freedoms, n = s->freedoms - s->m->modes;
     num_mask none = num_of(0) == num_of(0);
     for (uint32_t j = 0; j < nb; j++) {
         out[j] = base ? gather_states(s, base, 6, j) : num_of(0);
@@ -105,8 +122,8 @@ int TFA_V(load_freedoms)(const struct state *s, num *out, const double *base, co
     }
     if (joints)
         none &= load_joints(s, out + nb, joints, n - nb);
-    for (uint32_t j = nb; !joints && j < n; j++)
-        out[j] = num_of(0);
+    for (uint32_t j = joints ? n : nb; j < s->freedoms; j++)
+        out[j] = num_of(0); /* modes, too */
     return !num_all(none);
 }
 
@@ -137,6 +154,31 @@ static void load_damping(struct state *s)
     for (uint32_t j = s->m->base_freedoms; j < s->freedoms; j++)
         s->passive_force[j] -= load_damping_of(s, j) * s->qd[j];
     s->has_passive_force = 1;
+}
+
+/* Velocities of modes, and their forces - K eta - D eta'. Returns whether some velocity is not
+ * zero. */
+static int load_mode_velocities(struct state *s, const tfa_request *r)
+{
+    num_mask none = num_of(0) == num_of(0);
+#if LAYOUT_BODIES_IN_LANES == 1
+    num *qd = s->qd + (s->freedoms - s->m->modes);
+    for (uint32_t k = 0; r->mode_velocities && k < s->m->modes; k++) {
+        qd[k] = gather_states(s, r->mode_velocities, s->m->modes, k);
+        none &= qd[k] == num_of(0);
+    }
+    for (uint32_t i = 0; i < s->m->flexible_bodies; i++) {
+        const struct tfa_flexible *f = &s->m->flexible[i];
+        for (uint32_t k = 0; k < f->n; k++)
+            for (uint32_t j = 0; j < f->n; j++)
+                s->passive_force[f->v + k] -= num_of(f->K[f->n * k + j]) * s->eta[f->first + j] +
+                                              num_of(f->D[f->n * k + j]) * s->qd[f->v + j];
+        s->has_passive_force = 1;
+    }
+#else
+    (void)s, (void)r;
+#endif
+    return !num_all(none);
 }
 
 /* Of the free joint whose freedoms start at j. Lanes at rest keep every bit. */
@@ -195,6 +237,7 @@ static void load_motion(struct state *s, const tfa_request *r)
     if (reads_wrenches(r))
         TFA_V(load_wrenches)(s, r);
     s->moving = TFA_V(load_freedoms)(s, s->qd, r->base_twist, r->v);
+    s->moving |= load_mode_velocities(s, r);
     load_damping(s);
     TFA_V(leave_boost)(s);
     s->moving |= s->wrenched && reads_wrenches(r);
@@ -231,22 +274,26 @@ void TFA_V(load)(struct state *s, const tfa_request *r, uint32_t k, uint32_t cou
 
 int TFA_V(unload)(const struct state *s, const num *x, double *base, double *joints)
 {
-    const uint32_t nb = s->m->base_freedoms;
+    const uint32_t nb = s->m->base_freedoms, end = s->freedoms - s->m->modes;
     num sum = num_of(0);
     for (uint32_t j = 0; j < s->freedoms; j++)
         sum += nonfinite(x[j]);
     for (uint32_t j = 0; base && j < nb; j++)
         scatter_states(s, x[j], base + j, 6);
-    for (uint32_t j = nb; s->identity_map && joints && j < s->freedoms; j++)
+    for (uint32_t j = nb; s->identity_map && joints && j < end; j++)
         scatter_states(s, x[j], joints + (j - nb), s->m->v_count);
-    for (uint32_t j = nb; !s->identity_map && joints && j < s->freedoms; j++)
+    for (uint32_t j = nb; !s->identity_map && joints && j < end; j++)
         scatter_joint(s, x[j], joints, &s->freedom[j - nb]);
     return num_all(sum == num_of(0));
 }
 
 int TFA_V(unload_qdd)(const struct state *s, uint32_t k, tfa_reply *reply)
 {
-    return TFA_V(unload)(s, TFA_V(world_accelerations)(s),
+    const num *qdd = TFA_V(world_accelerations)(s);
+    for (uint32_t j = 0; reply->modes && j < s->m->modes; j++)
+        scatter_states(s, qdd[s->freedoms - s->m->modes + j],
+                       reply->modes + (size_t)s->m->modes * k + j, s->m->modes);
+    return TFA_V(unload)(s, qdd,
                          reply->base_acceleration ? reply->base_acceleration + 6 * (size_t)k : NULL,
                          reply->qdd ? reply->qdd + (size_t)s->m->v_count * k : NULL);
 }

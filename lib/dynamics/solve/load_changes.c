@@ -10,6 +10,7 @@
 #include "dynamics/chain/tfa.h"
 #include "dynamics/core/frame.h"
 #include "dynamics/core/lock.h"
+#include "dynamics/core/modes.h"
 #include "dynamics/solve/load.h"
 #include "dynamics/solve/method.h"
 #include "interface/traits.h"
@@ -116,7 +117,7 @@ static int load_locks(struct state *s, const tfa_request *r)
             s->mark[joint->v_index + j] = 1;
     }
     s->locked = 0;
-    for (uint32_t j = nb; j < m->freedoms; j++) {
+    for (uint32_t j = nb; j < m->freedoms - m->modes; j++) {
         const uint8_t lock = s->mark[m->freedom[j - nb].from];
         same &= lock == s->lock[j];
         s->lock[j] = lock;
@@ -202,6 +203,8 @@ static void add_wrench(struct state *s, const tfa_request *r, uint32_t w)
     const svec sum = TFA_V(wrench_of)(s, r, w);
     s->wrench[body] = sv_add(s->wrench[body], sum);
     const struct tfa_body *b = &s->body[body];
+    if (s->m->frame[frame].handle >= 0)
+        TFA_V(modes_force)(s, s->m->frame[frame].handle, sum, s->passive_force);
     const uint32_t moved = TFA_V(frame_freedoms)(s, frame);
     if (moved == b->n)
         return;

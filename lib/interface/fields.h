@@ -201,14 +201,14 @@ enum tfa_layout {
     X(v, TFA_OPS_ALL, 0)                                                                           \
     X(base_pose, TFA_OPS_ALL, 0)                                                                   \
     X(base_twist, TFA_OPS_ALL, 0)                                                                  \
-    X(modes, TFA_OPS_ALL, 0)                                                                       \
-    X(mode_velocities, TFA_OPS_ALL, 0)                                                             \
     X(gravity, TFA_OPS_ALL, 0)                                                                     \
     X(tau, TFA_OPS_FD | TFA_OPS_DERIVATIVES, 0)                                                    \
     X(posture_torques, TFA_OPS_TASK, 0)                                                            \
     X(base_wrench, TFA_OPS_FORWARD, 0)                                                             \
     X(qdd, TFA_OPS_ID | TFA_OPS_BIAS, 0)                                                           \
     X(base_acceleration, TFA_OPS_ID | TFA_OPS_BIAS, 0)                                             \
+    X(modes, TFA_OPS_ALL, 0)                                                                       \
+    X(mode_velocities, TFA_OPS_ALL, 0)                                                             \
     X(wrench, TFA_OPS_FORCES, TFA_WANT_MU)                                                         \
     X(tips, TFA_OPS_SOLVE, TFA_WANT_OF_TIPS)                                                       \
     X(rows, TFA_OPS_SOLVE, TFA_WANT_OF_TIPS)                                                       \
@@ -286,8 +286,8 @@ static inline void tfa_output_set_buffer(const tfa_output *output, tfa_reply *re
     memcpy((unsigned char *)reply + output->member, &buffer, sizeof buffer);
 }
 
-/** 1: JSON and Python print this output. An array without joints is printed, one of a fixed base, of
- *  no modes or of no tips is not. */
+/** 1: JSON and Python print this output. An array without joints is printed, one of a fixed base,
+ *  of no modes or of no tips is not. */
 static inline int tfa_is_printed(const tfa_output *output, uint32_t base_freedoms, uint32_t modes,
                                  const tfa_request *r)
 {

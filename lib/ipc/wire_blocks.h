@@ -118,8 +118,8 @@ static inline uint64_t tfa_wire_asked_by_op(tfa_op op)
     }
 }
 
-/* Blocks of the answers to a request. Those of a floating base and of modes are among them for every
- * robot. */
+/* Blocks of the answers to a request. Those of a floating base and of modes are among them for
+ * every robot. */
 static inline uint64_t tfa_wire_blocks_of(const tfa_request *r)
 {
     uint64_t by_op = tfa_wire_asked_by_op(r->op), by_flag = 0;

@@ -317,6 +317,8 @@ static int set_array_error(const struct tfa_model *m, const tfa_request *r, tfa_
         {reads_wrenches(r) && r->wrench_count, TFA_FIELD_WRENCHES, r->wrenches,
          (size_t)6 * r->wrench_count, n},
         {reads_gravity(r), TFA_FIELD_GRAVITY, r->gravity, 3, 1},
+        {1, TFA_FIELD_MODES, r->modes, m->modes, n},
+        {v, TFA_FIELD_MODE_VELOCITIES, r->mode_velocities, m->modes, n},
     };
     int status = TFA_OK;
     for (size_t k = 0; status == TFA_OK && k < sizeof arrays / sizeof *arrays; k++)
@@ -356,6 +358,13 @@ static double nonfinite_motion(const struct tfa_model *m, const tfa_request *r)
     return sum;
 }
 
+static double nonfinite_modes(const struct tfa_model *m, const tfa_request *r)
+{
+    const size_t n = (size_t)m->modes * r->count;
+    return nonfinite_sum(r->modes, n) +
+           (reads_velocity(r) ? nonfinite_sum(r->mode_velocities, n) : 0);
+}
+
 static int check_arrays(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
 {
     if (!r->q && m->q_count)
@@ -365,6 +374,8 @@ static int check_arrays(const struct tfa_model *m, const tfa_request *r, tfa_rep
     double sum = nonfinite_sum(r->q, (size_t)m->q_count * r->count) + nonfinite_motion(m, r);
     if (m->base_freedoms)
         sum += nonfinite_base(r);
+    if (m->modes)
+        sum += nonfinite_modes(m, r);
     return sum == 0 ? TFA_OK : set_array_error(m, r, reply);
 }
 

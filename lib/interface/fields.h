@@ -194,7 +194,7 @@ enum tfa_layout {
 
 /** Keys of a request in JSON and Python (`poses`: JSON only): X(key, ops that use it, flags that
  *  let every op use it). Of names as near to a wrong one the first is named first. The state
- *  (q, v, base, gravity) may be given with every op, used or not, so that a program can ask
+ *  (q, v, base, modes, gravity) may be given with every op, used or not, so that a program can ask
  *  different questions about one state. */
 #define TFA_KEY_LIST(X)                                                                            \
     X(q, TFA_OPS_ALL, 0)                                                                           \
@@ -207,6 +207,8 @@ enum tfa_layout {
     X(base_wrench, TFA_OPS_FORWARD, 0)                                                             \
     X(qdd, TFA_OPS_ID | TFA_OPS_BIAS, 0)                                                           \
     X(base_acceleration, TFA_OPS_ID | TFA_OPS_BIAS, 0)                                             \
+    X(modes, TFA_OPS_ALL, 0)                                                                       \
+    X(mode_velocities, TFA_OPS_ALL, 0)                                                             \
     X(wrench, TFA_OPS_FORCES, TFA_WANT_MU)                                                         \
     X(tips, TFA_OPS_SOLVE, TFA_WANT_OF_TIPS)                                                       \
     X(rows, TFA_OPS_SOLVE, TFA_WANT_OF_TIPS)                                                       \
@@ -284,9 +286,9 @@ static inline void tfa_output_set_buffer(const tfa_output *output, tfa_reply *re
     memcpy((unsigned char *)reply + output->member, &buffer, sizeof buffer);
 }
 
-/** 1: JSON and Python print this output. An array without joints is printed, one of a fixed base or
- *  of no tips is not. */
-static inline int tfa_is_printed(const tfa_output *output, uint32_t base_freedoms,
+/** 1: JSON and Python print this output. An array without joints is printed, one of a fixed base,
+ *  of no modes or of no tips is not. */
+static inline int tfa_is_printed(const tfa_output *output, uint32_t base_freedoms, uint32_t modes,
                                  const tfa_request *r)
 {
     if (!(r->flags & output->flags) && !(TFA_OP_BIT(r->op) & output->ops))
@@ -295,12 +297,14 @@ static inline int tfa_is_printed(const tfa_output *output, uint32_t base_freedom
         return r->qdd || r->base_acceleration;
     if (output->columns == EXTENT_BASE)
         return base_freedoms != 0;
+    if (output->columns == EXTENT_MODES)
+        return modes != 0;
     return (output->columns != EXTENT_ROWS && output->columns != EXTENT_LOST) || r->tip_count;
 }
 
 /** Lengths of a request to a robot */
 static inline tfa_extents tfa_extents_of(uint32_t q, uint32_t v, uint32_t base, uint32_t links,
-                                         const tfa_request *r)
+                                         uint32_t modes, const tfa_request *r)
 {
     return (tfa_extents){.q = q,
                          .v = v,
@@ -311,7 +315,8 @@ static inline tfa_extents tfa_extents_of(uint32_t q, uint32_t v, uint32_t base, 
                          .rows = rows_of(r) * (size_t)r->tip_count,
                          .wrenches = r->wrench_count,
                          .payloads = r->payload_count,
-                         .locked = r->locked_count};
+                         .locked = r->locked_count,
+                         .modes = modes};
 }
 
 /** Length of an axis; 1 of one that is not there. */

@@ -153,8 +153,9 @@ static void write_workspace(FILE *out, const tfa_robot *robot)
             c->methods == CONFIG_METHODS_ALL ? "true" : "false", estimates[c->estimate]);
     fprintf(out,
             "  \"shape\": {\"q_count\": %u, \"v_count\": %u, \"base_freedoms\": %u, "
-            "\"frames\": %u, \"max_batch\": %u, \"max_tips\": %u}\n",
-            s->q_count, s->v_count, s->base_freedoms, s->frames, s->max_batch, s->max_tips);
+            "\"frames\": %u, \"modes\": %u, \"max_batch\": %u, \"max_tips\": %u}\n",
+            s->q_count, s->v_count, s->base_freedoms, s->frames, s->modes, s->max_batch,
+            s->max_tips);
 }
 
 void tfa_robot_describe(const tfa_robot *robot, const char *urdf_name, FILE *out)

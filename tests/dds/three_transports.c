@@ -227,6 +227,7 @@ static transports open_transports(const harness *h, const char *robot, const cha
                                .v_count = tfa_model_v_count(d.model),
                                .base_freedoms = tfa_model_base_freedoms(d.model),
                                .frames = tfa_model_frame_count(d.model),
+                               .modes = tfa_model_mode_count(d.model),
                                .max_batch = BATCH,
                                .max_tips = max_tips ? max_tips : TFA_DEFAULT_TIPS};
     d.words = max_tips ? WORDS_MAX : WORDS;

@@ -45,6 +45,7 @@ static void read_shape(const json_t *json, recorded_robot *r)
                                 .v_count = number_of(shape, "v_count"),
                                 .base_freedoms = number_of(shape, "base_freedoms"),
                                 .frames = number_of(shape, "frames"),
+                                .modes = number_of(shape, "modes"),
                                 .max_batch = number_of(shape, "max_batch"),
                                 .max_tips = number_of(shape, "max_tips")};
     r->workspace = (tfa_workspace_options){
@@ -101,7 +102,8 @@ int recorded_robot_fits(const recorded_robot *r, const tfa_model *model)
     return tfa_model_q_count(model) == r->shape.q_count &&
            tfa_model_v_count(model) == r->shape.v_count &&
            tfa_model_base_freedoms(model) == r->shape.base_freedoms &&
-           tfa_model_frame_count(model) == r->shape.frames;
+           tfa_model_frame_count(model) == r->shape.frames &&
+           tfa_model_mode_count(model) == r->shape.modes;
 }
 
 /* ---- the model ---- */

@@ -104,7 +104,7 @@ static void check_written(const op_case *c, const tfa_request *r, const op_answe
 {
     for (uint32_t k = 0; k < TFA_WIRE_REPLY_BLOCKS; k++)
         if (tfa_outputs[k].size == sizeof(double) &&
-            tfa_is_printed(&tfa_outputs[k], a->n - a->nv, r))
+            tfa_is_printed(&tfa_outputs[k], a->n - a->nv, 0, r))
             for (size_t e = 0; e < op_numbers(a, k); e++)
                 if (((double *)op_output(a, k, 0))[e] == BEFORE)
                     fail_msg("%s, op %d, %s: %s[%zu] is that of before", c->name, (int)r->op,

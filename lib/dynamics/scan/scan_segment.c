@@ -228,7 +228,7 @@ static inline void inward(struct state *s, const struct tfa_chain *chain, const 
             add_motion_of_modes(s, i, v);
         if (i == first) {
             g = s->pA[i];
-            aba_backward_step(s, i, tau, (flags & ~ABA_MODES) | ABA_DETACH);
+            aba_backward_step(s, i, tau, flags | ABA_DETACH);
         } else {
             aba_backward_step(s, i, tau, flags);
         }

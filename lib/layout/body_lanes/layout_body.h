@@ -111,6 +111,12 @@ static inline num body_d(const body_constants *b)
     return b->d;
 }
 
+static inline int32_t body_handle(const body_constants *b)
+{
+    (void)b;
+    return -1;
+}
+
 static inline int body_has_armature(const body_constants *b)
 {
     return b->has_armature;

@@ -46,7 +46,7 @@ TFA_INLINE void add_inertia_to_parent(struct state *s, uint32_t i, const sym6 *u
         s->IA[b->parent] = *up;
     else
         s6_add(&s->IA[b->parent], up);
-    if (flags & ABA_MODES && b->handle >= 0)
+    if (flags & ABA_MODES && !(flags & ABA_DETACH) && b->handle >= 0)
         TFA_V(modes_add_inertia)(s, b->handle, up);
 }
 
@@ -59,7 +59,7 @@ TFA_INLINE void add_force_to_parent(struct state *s, uint32_t i, svec up, int fl
         s->pA[b->parent] = up;
     else
         s->pA[b->parent] = sv_add(s->pA[b->parent], up);
-    if (flags & ABA_MODES && b->handle >= 0)
+    if (flags & ABA_MODES && !(flags & ABA_DETACH) && b->handle >= 0)
         TFA_V(modes_add_force)(s, b->handle, up);
 }
 

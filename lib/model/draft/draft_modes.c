@@ -131,8 +131,8 @@ static int is_physical(const struct draft *d, const struct draft_flexible *x)
         A[n + (size_t)ext_col[e]][n + (size_t)ext_row[e]] = (long double)m.I[e];
     for (size_t e = 0; e < 3; e++) {
         A[n + 3 + e][n + 3 + e] = (long double)m.mass;
-        A[n + 3 + e][n + (e + 1) % 3] = -(long double)m.h[(e + 2) % 3];
-        A[n + 3 + e][n + (e + 2) % 3] = (long double)m.h[(e + 1) % 3];
+        A[n + 3 + e][n + (e + 1) % 3] = (long double)m.h[(e + 2) % 3];
+        A[n + 3 + e][n + (e + 2) % 3] = -(long double)m.h[(e + 1) % 3];
     }
     for (size_t k = 0; k < all; k++) {
         const long double whole = fabsl(A[k][k]);

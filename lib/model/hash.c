@@ -59,12 +59,14 @@ static void add_modes(SHA2_CTX *c, const struct tfa_model *m)
         const struct tfa_flexible *f = &m->flexible[k];
         const uint32_t small[3] = {f->body, f->frame, f->n};
         add(c, small, sizeof small);
-        add(c, f->B, (6 + 9 + 3 * f->n + 1) * f->n * sizeof *f->B); /* one after the other */
+        add(c, &f->mass, sizeof f->mass + sizeof f->c);
+        add(c, f->B, (6 + 3 * f->n + 1) * f->n * sizeof *f->B); /* one after the other */
     }
     for (uint32_t k = 0; k < m->handles; k++) {
         const struct tfa_handle *h = &m->handle[k];
         add(c, &h->flexible, sizeof h->flexible);
         add(c, h->p, sizeof h->p);
+        add(c, &h->mass, sizeof h->mass + sizeof h->h + sizeof h->I);
         add(c, h->shape, 6 * m->flexible[h->flexible].n * sizeof *h->shape);
     }
     for (uint32_t i = 0; m->modes && i < m->bodies; i++)

@@ -126,23 +126,27 @@ struct tfa_chain {
     const uint32_t *body; /* root first */
 };
 
-/* A body whose one flexible link has modes, in its own frame about its origin (methods.md):
- *   T = 1/2 v^T (I + sum eta_k G_k) v + v^T B^T eta' + 1/2 eta'^T M eta' */
+/* A body whose one flexible link has modes (dynamics/core/modes.h); in the frame of the body, about
+ * its origin */
 struct tfa_flexible {
     uint32_t body, frame; /* of the link */
     uint32_t n, first;    /* modes; the first of them among all */
     uint32_t v;           /* inner freedom of its first mode; all modes follow the joints */
-    const double *B;      /* n rows: momentum per rate of a mode, angular first */
-    const double *G;      /* n rows: first moment (3) and moments of inertia (6) per unit */
+    double mass, c[3];       /* of the link alone, and its centre */
+    const double *B;         /* n rows: momentum per rate of a mode at eta = 0, angular first */
     const double *M, *K, *D; /* n x n */
     const double *limit;     /* n */
+    int32_t riders;          /* first handle with a mass; -1: none */
 };
 
-/* What stands behind one child joint of a flexible link moves with its modes. */
+/* What stands behind one child joint of a flexible link moves with its modes. Frame of the body,
+ * without deformation. */
 struct tfa_handle {
     uint32_t flexible;   /* index */
-    double p[3];         /* origin of the joint without deformation, frame of the body */
-    const double *shape; /* n rows of six: rotation, translation of that point; axes of the body */
+    double p[3];         /* origin of the joint */
+    const double *shape; /* n rows of six: rotation, translation of that point */
+    double mass, h[3], I[6]; /* of the links that are fixed to it, as in tfa_body */
+    int32_t next;            /* the next one of that body with a mass; -1: none */
 };
 
 struct tfa_model {

@@ -32,28 +32,37 @@ static inline const struct tfa_flexible *carrier_of(const struct state *s, int32
     return &s->m->flexible[s->m->handle[handle].flexible];
 }
 
-/* sum of x_k G_k: a rigid inertia without mass */
-static void inertia_change(const struct tfa_flexible *f, const num *x, vec3 *h, sym3 *I)
-{
-    num *const i = &I->xx;
-    *h = v3_zero();
-    for (int e = 0; e < 6; e++)
-        i[e] = num_of(0);
-    for (uint32_t k = 0; k < f->n; k++) {
-        const double *G = f->G + 9 * k;
-        *h = v3_add_scaled(*h, v3_load(G), x[k]);
-        for (int e = 0; e < 6; e++)
-            i[e] += num_of(G[3 + e]) * x[k];
-    }
-}
-
 /* sum of B_k x_k */
-static svec momentum_of(const struct tfa_flexible *f, const num *x)
+static svec momentum_of(const struct tfa_flexible *f, const struct modal_body *w, const num *x)
 {
     svec sum = sv_zero();
     for (uint32_t k = 0; k < f->n; k++)
-        sum = sv_add_scaled(sum, row_of(f->B + 6 * k), x[k]);
+        sum = sv_add_scaled(sum, sv_from(w->B + 6 * k), x[k]);
     return sum;
+}
+
+/* sum of l_k x_k */
+static vec3 moved_by(const struct tfa_flexible *f, const num *x)
+{
+    vec3 sum = v3_zero();
+    for (uint32_t k = 0; k < f->n; k++)
+        sum = v3_add_scaled(sum, v3_load(f->B + 6 * k + 3), x[k]);
+    return sum;
+}
+
+/* A rigid inertia without mass: first moment b, moments 2 (a . b) 1 - a b^T - b a^T. For
+ * a the centre of mass the rate of the inertia when b is that of its first moment */
+static sym6 moment_change(vec3 a, vec3 b)
+{
+    const num trace = 2 * v3_dot(a, b);
+    return s6_rigid((sym3){trace - 2 * a.x * b.x, -a.x * b.y - a.y * b.x, -a.x * b.z - a.z * b.x,
+                           trace - 2 * a.y * b.y, -a.y * b.z - a.z * b.y, trace - 2 * a.z * b.z},
+                    b, num_of(0));
+}
+
+static num inverse_mass(const struct tfa_flexible *f)
+{
+    return num_of(f->mass > 0 ? 1 / f->mass : 0);
 }
 
 /* ---- pose ---- */
@@ -90,14 +99,45 @@ static void move_body(const struct state *s, uint32_t i)
     s->X[i] = (xform){m3_mm(s->X[i].E, h->E), v3_add(h->p, m3_tmul(h->E, arm))};
 }
 
+/* The links that are fixed to the handle, as it stands; *change gets what that adds. */
+static void pose_riders(struct state *s, int32_t number, sym6 *change)
+{
+    const struct tfa_handle *h = &s->m->handle[number];
+    struct modal_handle *to = &s->handle[number];
+    const double *I = h->I;
+    const sym6 rigid =
+        s6_rigid((sym3){num_of(I[0]), num_of(I[1]), num_of(I[2]), num_of(I[3]), num_of(I[4]),
+                        num_of(I[5])},
+                 v3_load(h->h), num_of(h->mass));
+    const xform X = {to->E, v3_sub(to->p, m3_tmul(to->E, v3_load(h->p)))};
+    to->I = s6_to_parent(&X, &rigid);
+    s6_add(change, &to->I);
+    s6_sub(change, &rigid);
+}
+
+/* The centre of mass of the link moves by lambda / m, lambda = sum eta_k l_k. */
+static void pose_flexible(struct state *s, uint32_t number)
+{
+    const struct tfa_flexible *f = &s->m->flexible[number];
+    struct modal_body *w = &s->modal[number];
+    w->moved = moved_by(f, s->eta + f->first);
+    const vec3 shift = v3_scale(w->moved, inverse_mass(f));
+    w->change = moment_change(v3_add_scaled(v3_load(f->c), shift, num_of(0.5)), w->moved);
+    for (uint32_t k = 0; k < f->n; k++) {
+        svec B = row_of(f->B + 6 * k);
+        B.w = v3_add(B.w, v3_cross(shift, B.v));
+        sv_store(w->B + 6 * k, B);
+    }
+    for (int32_t k = f->riders; k >= 0; k = s->m->handle[k].next)
+        pose_riders(s, k, &w->change);
+}
+
 void TFA_V(modes_pose)(struct state *s)
 {
     for (uint32_t k = 0; k < s->m->handles; k++)
         pose_handle(s, k);
-    for (uint32_t k = 0; k < s->m->flexible_bodies; k++) {
-        const struct tfa_flexible *f = &s->m->flexible[k];
-        inertia_change(f, s->eta + f->first, &s->modal[k].h, &s->modal[k].I);
-    }
+    for (uint32_t k = 0; k < s->m->flexible_bodies; k++)
+        pose_flexible(s, k);
     for (uint32_t k = 0; k < s->spans; k++)
         for (uint32_t i = s->span[k].first; i < s->span[k].end; i++)
             if (s->body[i].handle >= 0)
@@ -134,33 +174,54 @@ svec TFA_V(modes_rate)(const struct state *s, int32_t handle, svec motion)
     return (svec){w, v3_add(v3_cross(moved.v, motion.w), v3_cross(h->p, w))};
 }
 
-/* v of the parent's part that carries body i, and with it the rate of Phi eta': *c */
-static svec velocity_of_handle(const struct state *s, uint32_t i, svec *c)
+/* Velocity of what rides on a handle of a body that moves with v, and the rate of Phi eta': *c */
+static svec velocity_of_handle(const struct state *s, int32_t handle, svec v, svec *c)
 {
-    const int32_t handle = s->body[i].handle;
-    const svec v = s->v[s->body[i].parent], motion = TFA_V(modes_motion)(s, handle, s->qd);
+    const svec motion = TFA_V(modes_motion)(s, handle, s->qd);
     *c = sv_add(TFA_V(modes_rate)(s, handle, motion), cross_motion(v, motion));
     return sv_add(v, motion);
 }
 
-/* p gets (sum eta_k G_k), B^T eta' and the rates of eta; r_k = -1/2 v^T G_k v */
+/* Bias force of the links that are fixed to a handle, which the body has counted as its own */
+static void velocity_of_riders(struct state *s, uint32_t i, int32_t handle)
+{
+    const struct tfa_handle *h = &s->m->handle[handle];
+    const struct tfa_flexible *f = flexible_of(s, i);
+    const sym6 *I = &s->handle[handle].I;
+    const double *J = h->I;
+    svec c;
+    const svec v = velocity_of_handle(s, handle, s->v[i], &c),
+               bias = sv_add(cross_force(v, s6_mul(I, v)), s6_mul(I, c));
+    const sym3 moments = {num_of(J[0]), num_of(J[1]), num_of(J[2]),
+                          num_of(J[3]), num_of(J[4]), num_of(J[5])};
+    const svec own = s6_rigid_bias(moments, v3_load(h->h), num_of(h->mass), s->v[i]);
+    s->p[i] = sv_add(s->p[i], sv_sub(bias, own));
+    for (uint32_t k = 0; k < f->n; k++)
+        s->modal[s->body[i].flexible].r[k] += sv_dot(phi_of(s, handle, k), bias);
+}
+
+/* With G_k = d I / d eta_k and lambda' = sum eta'_k l_k
+ *   p += v x* (dI v + B^T eta') + (sum eta'_k G_k) v,  r_k = -1/2 v^T G_k v + 2/m w . lambda' x l_k */
 static void velocity_of_modes(struct state *s, uint32_t i)
 {
     const struct tfa_flexible *f = flexible_of(s, i);
     struct modal_body *w = &s->modal[s->body[i].flexible];
-    const svec v = s->v[i], momentum = momentum_of(f, s->qd + f->v);
-    vec3 h;
-    sym3 I;
-    inertia_change(f, s->qd + f->v, &h, &I);
-    svec p = s6_rigid_bias(w->I, w->h, num_of(0), v);
-    p = sv_add(p, sv_add(cross_force(v, momentum), s6_rigid_mul(I, h, num_of(0), v)));
+    const svec v = s->v[i], momentum = momentum_of(f, w, s->qd + f->v);
+    const vec3 shift = v3_scale(w->moved, inverse_mass(f)), c = v3_add(v3_load(f->c), shift),
+               rate = moved_by(f, s->qd + f->v);
+    const sym6 change = moment_change(v3_add_scaled(v3_load(f->c), shift, num_of(0.5)), w->moved),
+               faster = moment_change(c, rate);
+    svec p = cross_force(v, sv_add(s6_mul(&change, v), momentum));
+    p = sv_add(p, s6_mul(&faster, v));
     s->p[i] = sv_add(s->p[i], p);
     for (uint32_t k = 0; k < f->n; k++) {
-        const num one = num_of(1);
-        const struct tfa_flexible single = {.n = 1, .G = f->G + 9 * k};
-        inertia_change(&single, &one, &h, &I);
-        w->r[k] = -sv_dot(v, s6_rigid_mul(I, h, num_of(0), v)) / 2;
+        const vec3 l = v3_load(f->B + 6 * k + 3);
+        const sym6 G = moment_change(c, l);
+        w->r[k] = 2 * inverse_mass(f) * v3_dot(v.w, v3_cross(rate, l)) -
+                  sv_dot(v, s6_mul(&G, v)) / 2;
     }
+    for (int32_t k = f->riders; k >= 0; k = s->m->handle[k].next)
+        velocity_of_riders(s, i, k);
 }
 
 void TFA_V(modes_velocity)(struct state *s)
@@ -169,7 +230,7 @@ void TFA_V(modes_velocity)(struct state *s)
         const struct tfa_body *b = &s->body[i];
         svec c = sv_zero(), v = sv_zero();
         if (b->handle >= 0)
-            v = motion_to_child(s, i, b, velocity_of_handle(s, i, &c));
+            v = motion_to_child(s, i, b, velocity_of_handle(s, b->handle, s->v[b->parent], &c));
         else if (b->parent >= 0)
             v = motion_to_child(s, i, b, s->v[b->parent]);
         velocity_step(s, i, b, v);
@@ -185,7 +246,10 @@ svec TFA_V(modes_momentum)(const struct state *s, uint32_t i)
 {
     const struct tfa_flexible *f = flexible_of(s, i);
     const struct modal_body *w = &s->modal[s->body[i].flexible];
-    return sv_add(momentum_of(f, s->qd + f->v), s6_rigid_mul(w->I, w->h, num_of(0), s->v[i]));
+    svec sum = sv_add(momentum_of(f, w, s->qd + f->v), s6_mul(&w->change, s->v[i]));
+    for (int32_t k = f->riders; k >= 0; k = s->m->handle[k].next)
+        sum = sv_add(sum, s6_mul(&s->handle[k].I, TFA_V(modes_motion)(s, k, s->qd)));
+    return sum;
 }
 
 /* x^T A x */
@@ -201,9 +265,20 @@ static num square(const double *A, uint32_t n, const num *x)
 num TFA_V(modes_kinetic)(const struct state *s, uint32_t i)
 {
     const struct tfa_flexible *f = flexible_of(s, i);
-    const svec rates = momentum_of(f, s->qd + f->v);
-    return sv_dot(s->v[i], sv_add(TFA_V(modes_momentum)(s, i), rates)) +
-           square(f->M, f->n, s->qd + f->v);
+    const struct modal_body *w = &s->modal[s->body[i].flexible];
+    num sum = square(f->M, f->n, s->qd + f->v) + sv_dot(s->v[i], s6_mul(&w->change, s->v[i])) +
+              2 * sv_dot(s->v[i], momentum_of(f, w, s->qd + f->v));
+    for (int32_t k = f->riders; k >= 0; k = s->m->handle[k].next) {
+        const svec motion = TFA_V(modes_motion)(s, k, s->qd);
+        sum += sv_dot(sv_add_scaled(motion, s->v[i], num_of(2)), s6_mul(&s->handle[k].I, motion));
+    }
+    return sum;
+}
+
+vec3 TFA_V(modes_moment)(const struct state *s, uint32_t i)
+{
+    const mat3 *cross = &s->modal[s->body[i].flexible].change.B;
+    return v3(cross->zy, cross->xz, cross->yx);
 }
 
 num TFA_V(modes_elastic)(const struct state *s)
@@ -232,15 +307,19 @@ void TFA_V(modes_euler)(struct state *s, uint32_t i, const num *qdd, num *tau, i
     const struct tfa_flexible *f = flexible_of(s, i);
     const struct modal_body *w = &s->modal[s->body[i].flexible];
     const num *x = qdd + f->v;
-    const svec change = s6_rigid_mul(w->I, w->h, num_of(0), s->a[i]);
-    s->f[i] = sv_add(s->f[i], sv_add(change, momentum_of(f, x)));
+    s->f[i] = sv_add(s->f[i], sv_add(s6_mul(&w->change, s->a[i]), momentum_of(f, w, x)));
     for (uint32_t k = 0; k < f->n; k++) {
-        num sum = sv_dot(row_of(f->B + 6 * k), s->a[i]);
+        num sum = sv_dot(sv_from(w->B + 6 * k), s->a[i]);
         if (products)
             sum += w->r[k];
         for (uint32_t j = 0; j < f->n; j++)
             sum += num_of(f->M[f->n * k + j]) * x[j];
         tau[f->v + k] = sum;
+    }
+    for (int32_t k = f->riders; k >= 0; k = s->m->handle[k].next) {
+        const svec motion = TFA_V(modes_motion)(s, k, qdd);
+        s->f[i] = sv_add(s->f[i], s6_mul(&s->handle[k].I, motion));
+        TFA_V(modes_force)(s, k, s6_mul(&s->handle[k].I, sv_add(s->a[i], motion)), tau);
     }
 }
 
@@ -262,13 +341,14 @@ void TFA_V(modes_start_body)(struct state *s, uint32_t i, const num *tau, int fl
     const struct tfa_flexible *f = flexible_of(s, i);
     struct modal_body *w = &s->modal[s->body[i].flexible];
     if (flags & ABA_INERTIA) {
-        const sym6 change = s6_rigid(w->I, w->h, num_of(0));
-        s6_add(&s->IA[i], &change);
+        s6_add(&s->IA[i], &w->change);
         for (uint32_t k = 0; k < f->n; k++) {
-            sv_store(w->W + 6 * k, row_of(f->B + 6 * k));
+            sv_store(w->W + 6 * k, sv_from(w->B + 6 * k));
             for (uint32_t j = 0; j <= k; j++)
                 w->D[MOST * k + j] = num_of(f->M[f->n * k + j]);
         }
+        for (int32_t k = f->riders; k >= 0; k = s->m->handle[k].next)
+            TFA_V(modes_add_inertia)(s, k, &s->handle[k].I);
     }
     for (uint32_t k = 0; flags & ABA_FORCE && k < f->n; k++)
         w->u[k] = flags & ABA_BIAS ? tau[f->v + k] - w->r[k] : tau[f->v + k];

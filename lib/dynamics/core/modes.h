@@ -1,10 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Flexible bodies: a body whose link has modes, with modal coordinates eta (docs/methods.md).
+ * Flexible bodies: a body whose link has modes, with modal coordinates eta (docs/methods.md). The
+ * link's centre of mass moves with them, c = c0 + lambda / m with lambda = sum eta_k l_k; its
+ * inertia about it, and its momentum about it by each mode, are constant. I(eta) and the rows
+ * B_k(eta) = (a_k + lambda / m x l_k, l_k) are those about the body's origin:
  *
- *   f = (I + sum eta_k G_k) a + B^T eta'' + p          p: with v x* B^T eta' + (sum eta'_k G_k) v
- *   0 = B a + M eta'' + r - u                          r = -1/2 v^T G_k v,  u = -K eta - D eta'
+ *   f = I a + B^T eta'' + p     p: with v x* B^T eta' + I' v
+ *   0 = B a + M eta'' + r - u   r_k = -1/2 v^T dI/deta_k v + 2/m w . lambda' x l_k,
+ *                               u = -K eta - D eta'
  *
  * A child joint on a handle moves with a + Phi eta'', Phi a row of six for each mode; the child's
  * force f_c counts Phi^T f_c in the second equation. Inward, the children's articulated inertias
@@ -43,10 +47,11 @@ void TFA_V(modes_force)(const struct state *s, int32_t handle, svec f, num *tau)
 /* The motion of the parent's part that carries body i, from that of the parent */
 svec TFA_V(modes_parent)(const struct state *s, uint32_t i, svec parent, const num *x);
 
-/* B^T eta' + (sum eta_k G_k) v of body i; twice what both and eta'^T M eta' add to the kinetic energy;
- * eta^T K eta / 2 of all */
+/* What modes add to the momentum of body i, twice what they add to its kinetic energy, and to its
+ * first moment; eta^T K eta / 2 of all */
 svec TFA_V(modes_momentum)(const struct state *s, uint32_t i);
 num TFA_V(modes_kinetic)(const struct state *s, uint32_t i);
+vec3 TFA_V(modes_moment)(const struct state *s, uint32_t i);
 num TFA_V(modes_elastic)(const struct state *s);
 
 /* ---- recursive Newton-Euler ---- */
@@ -59,7 +64,7 @@ void TFA_V(modes_euler_parent)(const struct state *s, uint32_t i, svec up, num *
 
 /* ---- articulated bodies ---- */
 
-/* Own terms of a flexible body, before the children add theirs: s->IA gets sum eta_k G_k */
+/* Own terms of a flexible body, before the children add theirs: s->IA gets I(eta) */
 void TFA_V(modes_start_body)(struct state *s, uint32_t i, const num *tau, int flags);
 /* What a child hands inward, in the frame of the body that carries its handle */
 void TFA_V(modes_add_inertia)(struct state *s, int32_t handle, const sym6 *IA);

@@ -13,7 +13,7 @@ static vec3 body_moment(const struct state *s, uint32_t i)
 {
     const int32_t flexible = s->body[i].flexible;
     const vec3 h = body_h(&s->body[i]);
-    return flexible < 0 ? h : v3_add(h, s->modal[flexible].h);
+    return flexible < 0 ? h : v3_add(h, TFA_V(modes_moment)(s, i));
 }
 
 /* I v of body i, and what its modes add: B^T eta' */

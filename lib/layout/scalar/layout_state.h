@@ -42,8 +42,9 @@ struct subtree {
 
 /* A flexible body (dynamics/core/modes.h). Rows of six: angular first, one for each mode. */
 struct modal_body {
-    vec3 h; /* sum eta_k G_k: first moment, */
-    sym3 I; /* moments of inertia */
+    vec3 moved; /* sum eta_k l_k */
+    sym6 change; /* of the rigid inertia by eta, riders included */
+    num B[6 * TFA_MAX_LINK_MODES];
     num W[6 * TFA_MAX_LINK_MODES];
     num D[TFA_MAX_LINK_MODES * TFA_MAX_LINK_MODES]; /* then its LDL factors */
     num r[TFA_MAX_LINK_MODES], u[TFA_MAX_LINK_MODES];
@@ -56,6 +57,7 @@ struct modal_handle {
     mat3 E; /* from the body's axes to those turned with the handle */
     vec3 p, theta;
     num scale;                       /* 1 / (1 + theta^2 / 4) */
+    sym6 I;                          /* of the links that are fixed to it */
     num Phi[6 * TFA_MAX_LINK_MODES]; /* motion by each mode */
 };
 

@@ -1,89 +1,35 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Flexible bodies of a compiled model: modes of the link, and of the links that ride rigidly on its
+ * Flexible bodies of a compiled model: modes of the link, and the links that ride rigidly on its
  * handles, in the frame of the body.
  */
 #include <math.h>
 
 #include "model/compile/compile.h"
 
-/* The numbers of one flexible body, before they are rounded */
-struct sums {
-    ext B[TFA_MAX_LINK_MODES][6]; /* angular first */
-    ext G[TFA_MAX_LINK_MODES][9]; /* first moment, moments of inertia */
-    ext M[TFA_MAX_LINK_MODES][TFA_MAX_LINK_MODES];
-};
-
-/* I += 2 (a . b) 1 - (a b^T + b a^T) */
-static void add_moments(ext *I, const ext *a, const ext *b)
+/* The links that are fixed to a handle, payloads included */
+static void add_riders(struct layout *l, const struct draft *d, uint32_t number)
 {
-    const ext trace = 2 * (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]);
-    for (int e = 0; e < 6; e++)
-        I[e] += (ext_row[e] == ext_col[e] ? trace : 0) - a[ext_row[e]] * b[ext_col[e]] -
-                b[ext_row[e]] * a[ext_col[e]];
-}
-
-/* The flexible link: its own moments of inertia about its own origin do not change. */
-static void add_own(const struct draft *d, const struct draft_flexible *x, struct sums *s)
-{
-    const size_t n = x->modes->mode_count;
-    for (size_t k = 0; k < n; k++) {
-        tfa_draft_momentum(d, x, k, s->B[k], s->B[k] + 3);
+    struct tfa_mass_properties sum = {0};
+    struct tfa_handle *to = &l->handle[number];
+    for (size_t k = 0; k < d->description->link_count; k++) {
+        if (!d->link[k].present || d->link[k].handle != (int32_t)number)
+            continue;
+        const struct tfa_mass_properties *m = l->link[d->frame[k].number].quad;
+        sum.mass += m->mass;
         for (int e = 0; e < 3; e++)
-            s->G[k][e] = s->B[k][3 + e];
-        add_moments(s->G[k] + 3, d->frame[x->link].p, s->G[k]);
-        for (size_t j = 0; j < n; j++)
-            s->M[k][j] = (x->modes->mass[n * k + j] + x->modes->mass[n * j + k]) / 2;
-    }
-}
-
-/* Motion of a handle by a mode as that of the body's origin: rotation, translation */
-static void handle_motion(const struct tfa_handle *h, size_t k, ext t[3], ext v[3])
-{
-    ext p[3];
-    ext_from_double(t, h->shape + 6 * k, 3);
-    ext_from_double(v, h->shape + 6 * k + 3, 3);
-    ext_from_double(p, h->p, 3);
-    ext_add_cross(v, p, t);
-}
-
-/* A link of inertia (m, h, I about the body's origin) that rides on a handle */
-static void add_rider(const struct tfa_handle *handle, size_t n,
-                      const struct tfa_mass_properties *m, struct sums *s)
-{
-    ext t[TFA_MAX_LINK_MODES][3], v[TFA_MAX_LINK_MODES][3];
-    for (size_t k = 0; k < n; k++)
-        handle_motion(handle, k, t[k], v[k]);
-    for (size_t k = 0; k < n; k++) {
-        ext momentum[6] = {0}, I[9], turned[3], *G = s->G[k];
-        for (int e = 0; e < 6; e++) {
-            I[3 * ext_row[e] + ext_col[e]] = I[3 * ext_col[e] + ext_row[e]] = m->I[e];
-        }
-        for (int e = 0; e < 3; e++) {
-            momentum[e] = I[3 * e] * t[k][0] + I[3 * e + 1] * t[k][1] + I[3 * e + 2] * t[k][2];
-            momentum[3 + e] = m->mass * v[k][e];
-        }
-        ext_add_cross(momentum, m->h, v[k]);
-        ext_add_cross(momentum + 3, t[k], m->h);
-        for (size_t j = 0; j < n; j++)
-            for (int e = 0; e < 3; e++)
-                s->M[j][k] += t[j][e] * momentum[e] + v[j][e] * momentum[3 + e];
-        for (int e = 0; e < 3; e++)
-            G[e] += momentum[3 + e]; /* m v + t x h */
+            sum.h[e] += m->h[e];
         for (int e = 0; e < 6; e++)
-            s->B[k][e] += momentum[e];
-        add_moments(G + 3, m->h, v[k]);
-        for (int e = 0; e < 6; e++) { /* [t] I - I [t], row by row: t x column, and transposed */
-            const int a = ext_row[e], b = ext_col[e];
-            for (int side = 0; side < 2; side++) {
-                const int i = side ? b : a, j = side ? a : b;
-                ext column[3] = {I[j], I[3 + j], I[6 + j]};
-                turned[0] = turned[1] = turned[2] = 0;
-                ext_add_cross(turned, t[k], column);
-                G[3 + e] += turned[i];
-            }
-        }
+            sum.I[e] += m->I[e];
+    }
+    to->mass = (double)sum.mass;
+    ext_round(to->h, sum.h, 3);
+    ext_round(to->I, sum.I, 6);
+    to->next = -1;
+    if (to->mass > 0) {
+        to->next = l->flexible[to->flexible].riders;
+        l->flexible[to->flexible].riders = (int32_t)number;
     }
 }
 
@@ -131,27 +77,25 @@ static void emit_flexible(struct layout *l, const struct draft *d, uint32_t i, d
     const size_t n = x->modes->mode_count;
     struct tfa_flexible *to = &l->flexible[i];
     struct tfa_model *m = l->model;
-    struct sums s = {0};
-    add_own(d, x, &s);
-    for (size_t k = 0; k < d->description->link_count; k++) {
-        const int32_t handle = d->link[k].present ? d->link[k].handle : -1;
-        if (handle >= 0 && l->handle[handle].flexible == i)
-            add_rider(&l->handle[handle], n, l->link[d->frame[k].number].quad, &s);
-    }
+    const struct tfa_mass_properties *link = l->link[d->frame[x->link].number].quad;
     *to = (struct tfa_flexible){.body = x->body,
                                 .frame = d->frame[x->link].number,
                                 .n = (uint32_t)n,
                                 .first = m->modes,
-                                .v = m->freedoms - d->modes + m->modes};
+                                .v = m->freedoms - d->modes + m->modes,
+                                .mass = (double)link->mass,
+                                .riders = -1};
+    for (int e = 0; link->mass > 0 && e < 3; e++)
+        to->c[e] = (double)(link->h[e] / link->mass);
     to->B = *pool;
-    for (size_t k = 0; k < n; k++)
-        (void)keep(pool, s.B[k], 6);
-    to->G = *pool;
-    for (size_t k = 0; k < n; k++)
-        (void)keep(pool, s.G[k], 9);
+    for (size_t k = 0; k < n; k++) {
+        ext row[6];
+        tfa_draft_momentum(d, x, k, row, row + 3);
+        (void)keep(pool, row, 6);
+    }
     to->M = *pool;
-    for (size_t k = 0; k < n; k++)
-        (void)keep(pool, s.M[k], n);
+    for (size_t k = 0; k < n * n; k++)
+        *(*pool)++ = (x->modes->mass[k] + x->modes->mass[k % n * n + k / n]) / 2;
     to->K = keep_doubles(pool, x->modes->stiffness, n * n, 0);
     to->D = keep_doubles(pool, x->modes->damping, n * n, 0);
     to->limit = keep_doubles(pool, x->modes->limit, n, (double)INFINITY);
@@ -163,7 +107,7 @@ size_t tfa_modal_numbers(const struct draft *d)
     size_t numbers = 0;
     for (uint32_t i = 0; i < d->flexible_bodies; i++) {
         const size_t n = d->flexible[i].modes->mode_count;
-        numbers += n * (6 + 9 + 3 * n + 1);
+        numbers += n * (6 + 3 * n + 1);
     }
     for (uint32_t k = 0; k < d->handles; k++)
         numbers += 6 * d->flexible[d->handle[k].flexible].modes->mode_count;
@@ -183,4 +127,6 @@ void tfa_emit_modes(struct layout *l, const struct draft *d)
     emit_handles(l, d, &pool);
     for (uint32_t i = 0; i < d->flexible_bodies; i++)
         emit_flexible(l, d, i, &pool);
+    for (uint32_t k = d->handles; k-- > 0;)
+        add_riders(l, d, k);
 }

@@ -162,6 +162,9 @@ static int add_flexible(struct draft *d, size_t link, tfa_report *report)
         return REFUSE("it has modes, but is inside a body of several joints", name);
     if (d->body[f->body].flexible >= 0)
         return REFUSE("it is fixed to another flexible link; put a joint between them", name);
+    if (d->link[link].loaded)
+        return REFUSE("it has modes and a payload; put the payload on a link behind a fixed joint",
+                      name);
     struct draft_flexible *x = &d->flexible[d->flexible_bodies];
     *x = (struct draft_flexible){modes, (uint32_t)link, (uint32_t)f->body};
     if (!is_physical(d, x))
@@ -200,6 +203,13 @@ static int find_handle(struct draft *d, uint32_t j, int32_t *handle, tfa_report 
                   x->link, joint->name);
 }
 
+/* Whether this is the handle of flexible link i at the joint of that name */
+static int is_handle(const struct draft *d, const struct draft_handle *h, uint32_t i,
+                     const char *name)
+{
+    return h->flexible == i && name && strcmp(d->description->joints[h->joint].name, name) == 0;
+}
+
 static int check_shapes(const struct draft *d, tfa_report *report)
 {
     for (uint32_t i = 0; i < d->flexible_bodies; i++) {
@@ -207,7 +217,7 @@ static int check_shapes(const struct draft *d, tfa_report *report)
         for (size_t k = 0; k < x->modes->shape_count; k++) {
             const char *name = x->modes->shapes[k].joint;
             uint32_t handle = 0;
-            while (handle < d->handles && d->handle[handle].shape != x->modes->shapes[k].shape)
+            while (handle < d->handles && !is_handle(d, &d->handle[handle], i, name))
                 handle++;
             if (handle == d->handles)
                 return REFUSE("it has a shape at joint '%s', which is no child of "

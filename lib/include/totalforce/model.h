@@ -88,14 +88,18 @@ typedef struct tfa_mode_shape {
 
 /**
  * Modes of a flexible link: it is clamped at its frame, and deforms by small coordinates eta. With
- * m, c, I of the URDF's link, the momenta p_k = (l_k, a_k) and the matrices M, K, D:
+ * mass m, centre of mass c0 and inertia I about it of the description's link, its velocity w, V at
+ * its origin, the momenta (l_k, a_k) and the matrices M, K, D, lambda = sum eta_k l_k and
+ * c = c0 + lambda / m:
  *
- *     h(eta) = m c + sum eta_k l_k
- *     T = 1/2 v^T I(h) v + sum eta'_k p_k . v + 1/2 eta'^T M eta'
- *     V = 1/2 eta^T K eta - gravity . (m origin + R h),   damping forces - D eta'
+ *     T = 1/2 m |V + w x c + lambda'/m|^2 + 1/2 w.I w + sum eta'_k w.(a_k - c0 x l_k)
+ *         + 1/2 eta'^T (M - l^T l / m) eta'
+ *     potential: 1/2 eta^T K eta - gravity . (m origin + R m c);  damping forces - D eta'
  *
- * The origin of child joint j stands at r_j + sum eta_k d_jk; its axes are turned by the rotation
- * whose Rodrigues vector is half of sum eta_k t_jk. What is left out: docs/methods.md.
+ * The centre of mass moves exactly; what belongs to the motion about it is constant. The origin of
+ * child joint j stands at r_j + sum eta_k d_jk; its axes are turned by the rotation whose Rodrigues
+ * vector is half of sum eta_k t_jk. Links behind a fixed child joint are rigid and move with it.
+ * What is left out: docs/methods.md.
  */
 typedef struct tfa_link_modes {
     const char *link;          /**< name in the file */

@@ -114,6 +114,7 @@ typedef struct scene_lists {
     const char **tips;
     tfa_lock *locks;
     tfa_payload *payloads;
+    tfa_modes modes;
 } scene_lists;
 
 static void free_scene(scene_lists *s)
@@ -121,11 +122,24 @@ static void free_scene(scene_lists *s)
     free(s->tips);
     free(s->locks);
     free(s->payloads);
+    tfa_modes_free(&s->modes);
 }
 
 static const char *or_empty(const char *text)
 {
     return text ? text : ""; /* no such link or joint: the report says so */
+}
+
+/* JSON is YAML: that of a side file. @return TFA_OK; errors of tfa_modes_parse */
+static int read_modes(const json_t *json, tfa_modes *modes, tfa_report *report)
+{
+    char *text = json ? json_dumps(json, 0) : NULL;
+    const int status =
+        text   ? tfa_modes_parse(text, strlen(text), "modes of the recording", modes, report)
+        : json ? TFA_E_MEMORY
+               : TFA_OK;
+    free(text);
+    return status;
 }
 
 /* @return TFA_OK, TFA_E_MEMORY */
@@ -160,7 +174,9 @@ static int read_scene(const json_t *json, scene_lists *s)
                            .locks = s->locks,
                            .lock_count = lock_count,
                            .payloads = s->payloads,
-                           .payload_count = payload_count};
+                           .payload_count = payload_count,
+                           .modes = s->modes.links,
+                           .modes_count = s->modes.count};
     return TFA_OK;
 }
 
@@ -190,6 +206,8 @@ static int compile(const json_t *json, tfa_description *description, tfa_report 
     scene_lists lists = {0};
     (void)numbers_of(json, "gravity", gravity, 3);
     int status = set_armature(json_object_get(json, "armature"), description);
+    if (status == TFA_OK && json_is_object(scene))
+        status = read_modes(json_object_get(scene, "modes"), &lists.modes, report);
     if (status == TFA_OK && json_is_object(scene))
         status = read_scene(scene, &lists);
     const tfa_model_options options = {.base = (tfa_base)number_of(json, "base"),

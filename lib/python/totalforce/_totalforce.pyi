@@ -478,6 +478,7 @@ class Model:
         locked: Optional[Union[Mapping[str, Any], Sequence[str]]] = None,
         payload: Optional[Payloads] = None,
         armature: Optional[Mapping[str, float]] = None,
+        modes: Optional[Union[Path, bytes, Sequence[Union[Path, bytes]]]] = None,
     ) -> None: ...
     @property
     def name(self) -> str: ...
@@ -534,6 +535,7 @@ class Model:
         locked: Optional[Union[Mapping[str, Any], Sequence[str]]] = None,
         payload: Optional[Payloads] = None,
         armature: Optional[Mapping[str, float]] = None,
+        modes: Optional[Union[Path, bytes, Sequence[Union[Path, bytes]]]] = None,
     ) -> Model: ...
     def derive(
         self,

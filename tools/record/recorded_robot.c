@@ -10,6 +10,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <totalforce/modes.h>
 
 #define BATCH_MAX 65536 /* of the daemon's configuration */
 

@@ -10,7 +10,7 @@ says "$work/out" "latency"
 status 0 "$tool" --version
 says "$work/out" "totalforce "
 # those in Python where they are built, which is not with sanitizers
-python=$(cd "$bin" && ls totalforce-chart totalforce-atlas totalforce-drift totalforce-sweep \
+python=$(cd "$bin" && ls totalforce-beam totalforce-chart totalforce-atlas totalforce-drift totalforce-sweep \
     2>/dev/null | sed 's/totalforce-//')
 for command in model solve call latency methods chain specialise $python; do
     status 0 "$tool" $command --help

@@ -45,7 +45,7 @@ report_fault(reader *r, const yaml_mark_t *mark, const char *path, const char *f
     for (char *at = text; *at; at++) /* of values and names; a message is one line */
         if ((unsigned char)*at < ' ' || *at == 0x7f)
             *at = '?';
-    tfa_report_add(r->report, TFA_ERROR, (uint32_t)mark->line + 1, "bad-modes",
+    tfa_report_add(r->report, TFA_ERROR, (uint32_t)mark->line + 1, "modes",
                    "column %zu: %s%s%s", mark->column + 1, path, *path ? ": " : "", text);
 }
 

@@ -11,7 +11,7 @@ import unittest
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from support import main
+from support import ROBOTS, main
 from totalforce_tools import beam, command
 
 # Blevins, Formulas for Natural Frequency and Mode Shape, 1979, table 8-1
@@ -19,17 +19,22 @@ ROOTS = (1.87510407, 4.69409113, 7.85475744, 10.99554073, 14.13716839)
 FIRST = 1.875104068711961
 BAR = ["--link", "boom", "--joint", "tip", "--length", "0.8", "--rectangle", "0.04,0.01",
        "--density", "2700", "--young", "7e10", "--shear", "2.6e10", "--torsion-modes", "2"]
+# of config/robots/flexible_arm.yaml
+EXAMPLE = ("--length 1 --rectangle 0.005,0.05 --density 2700 --young 7e10 --modes 2,1 "
+           "--damping 0.01").split()
 
 
 def printed(*argv):
-    """(comments, modes of the link `boom`) of a command line: YAML of flat lines, read as JSON"""
+    """Text of a command line, and its modes: YAML of flat lines, read as JSON"""
     out = io.StringIO()
     with contextlib.redirect_stdout(out):
         assert beam.main(list(argv)) == command.GOOD
-    text = out.getvalue()
-    modes = [dict((key, json.loads(value)) for key, value in re.findall(r"([a-z]+): (.*)", entry))
-             for entry in re.sub("#.*", "", text).split("      - ")[1:]]
-    return text, modes
+    return out.getvalue(), modes_of(out.getvalue())
+
+
+def modes_of(text):
+    return [dict((key, json.loads(value)) for key, value in re.findall(r"([a-z]+): (.*)", entry))
+            for entry in re.sub("#.*", "", text).split("      - ")[1:]]
 
 
 def inertia_of(text):
@@ -134,6 +139,19 @@ class Files(unittest.TestCase):
         self.assertGreater(hollow[0]["stiffness"] / hollow[0]["mass"],
                            tube[0]["stiffness"] / tube[0]["mass"])
 
+    def test_the_example_is_of_this_tool(self):
+        shipped = (ROBOTS / "flexible_arm.yaml").read_text()
+        robot = (ROBOTS / "flexible_arm.urdf").read_text()
+        for link, joint in (("upper_beam", "elbow_mount"), ("lower_beam", "tool_mount")):
+            text, modes = printed("--link", link, "--joint", joint, *EXAMPLE)
+            found = modes_of(shipped[shipped.index(f'"{link}":'):])
+            for x, y in zip(modes, found):
+                np.testing.assert_allclose(x.pop("shape")[joint], y.pop("shape")[joint], rtol=1e-14)
+                for key in x:
+                    np.testing.assert_allclose(x[key], y[key], rtol=1e-14)
+            for line in re.findall("<(?:mass|inertia) .*?/>", text):
+                self.assertEqual(robot.count(line), 2)
+
     def test_mistakes(self):
         for argv, message in (
                 ("", "--link is missing"),
@@ -145,6 +163,7 @@ class Files(unittest.TestCase):
                 ("--link a --length 1 --mass 1 --bending 1,0", "--bending: 0, must be above 0"),
                 ("--link a --length 1 --mass 1 --bending 1 -n 7", "14 modes, a link has 1 to 12"),
                 ("--link a --length 1 --mass 1 --bending 1 -n 0", "0 modes, a link has 1 to 12"),
+                ("--link a -n 1,2,3", "'1,2,3' is not one or two whole numbers"),
                 ("--link a --length 1 --mass 1 --bending 1 --torsion-modes 1", "--torsion is"),
                 ("--link a --length 1 --mass 1 --torsion 1", "'1' is not two numbers"),
                 ("--link a --length 1 --rectangle 1,1 --tube 1,1", "a beam has one section"),

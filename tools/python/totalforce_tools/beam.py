@@ -78,6 +78,14 @@ def two(text, _):
     return values
 
 
+def counts(text, _):
+    """Two counts, or one for both"""
+    values = [whole(0, MODES_MAX)(field, None) for field in text.split(",")]
+    if len(values) > 2:
+        raise ValueError(f"'{text}' is not one or two whole numbers")
+    return values * (3 - len(values))
+
+
 def not_negative(text, _):
     if number(text) < 0:
         raise ValueError(f"{text}, must not be negative")
@@ -104,7 +112,7 @@ COMMAND = command.Command(
      Option("density", None, "RHO", "kg/m^3", positive()),
      Option("young", None, "E", "Young's modulus, N/m^2", positive()),
      Option("shear", None, "G", "Shear modulus, N/m^2", positive()),
-     Option("modes", "n", "N", "Bending modes along each axis (2)", whole(0, MODES_MAX), 2),
+     Option("modes", "n", "N[,N]", "Bending modes along the two axes (2)", counts, [2, 2]),
      Option("torsion-modes", None, "N", "(0)", whole(0, MODES_MAX), 0),
      Option("damping", None, "RATIO", "Of critical, of every mode (0)", not_negative, 0.0),
      Option("limit", None, "X", "Bound of each coordinate, m or rad (a tenth of the length, 0.1 "
@@ -155,13 +163,13 @@ def parse(argv):
     read(o)
     if not o.mass:
         raise command.Usage("--mass is missing, or --density and a section")
-    if o.modes and not o.bending:
+    if any(o.modes) and not o.bending:
         raise command.Usage("--bending is missing, or --young and a section")
     if o.torsion_modes and not o.torsion:
         raise command.Usage("--torsion is missing, or --shear, --density and a section")
-    if not 1 <= 2 * o.modes + o.torsion_modes <= MODES_MAX:
-        raise command.Usage(f"--modes, --torsion-modes: {2 * o.modes + o.torsion_modes} modes, a "
-                            f"link has 1 to {MODES_MAX}")
+    count = sum(o.modes) + o.torsion_modes
+    if not 1 <= count <= MODES_MAX:
+        raise command.Usage(f"--modes, --torsion-modes: {count} modes, a link has 1 to {MODES_MAX}")
     return o
 
 
@@ -182,10 +190,10 @@ def modes_of(o):
              [0.0] * 3, along) for k in range(1, o.torsion_modes + 1)]
     # t = axis x d: a deflection along the first axis turns about the second, along the second
     # about minus the first
-    for d, t, stiffness in ((first, second, 0), (second, [-x for x in first], 1)):
+    for i, d, t in ((0, first, second), (1, second, [-x for x in first])):
         name = "bending along " + "xyz"[d.index(1.0)]
-        rows += [(name, "m", bending(k, o.length, o.mass, o.bending[stiffness]), d, t)
-                 for k in range(1, o.modes + 1)]
+        rows += [(name, "m", bending(k, o.length, o.mass, o.bending[i]), d, t)
+                 for k in range(1, o.modes[i] + 1)]
     return sorted(rows, key=lambda row: row[2]["stiffness"] / row[2]["mass"])
 
 

@@ -5,12 +5,14 @@ import contextlib
 import io
 import json
 import math
+import pickle
 import re
 import unittest
 
 import numpy as np
 from numpy.polynomial import chebyshev
 
+import totalforce as tf
 from support import ROBOTS, main
 from totalforce_tools import beam, command
 
@@ -90,6 +92,44 @@ class Shapes(unittest.TestCase):
             theta = sign * np.sin(turn["root"] * xi)
             self.assertAlmostEqual(weight @ theta, turn["angular"], delta=1e-13)
             self.assertAlmostEqual(weight @ theta**2, turn["mass"], delta=1e-13)
+
+
+def frequencies(n, **options):
+    """sqrt(omega) of a beam with L = m = EI = 1 on a joint across it, n modes, in a model"""
+    text, _ = printed("--link", "b", "--length", "1", "--mass", "1", "--bending", "1", "--modes",
+                      f"{n},0")
+    found = re.search('origin xyz="(.*?)".*\\n#   (<inertia .*?/>)', text)
+    urdf = (f'<robot name="r"><link name="w"/><joint name="j" type="continuous"><parent link="w"/>'
+            f'<child link="b"/><axis xyz="0 0 1"/></joint><link name="b"><inertial><origin '
+            f'xyz="{found[1]}"/><mass value="1"/>{found[2]}</inertial></link></robot>')
+    model = tf.Model.parse(urdf, modes=text.encode(), gravity=[0, 0, 0], **options)
+    workspace = tf.Workspace(model)
+    rows = [workspace.forward_dynamics([0], [0], [0], modes=1e-3 * e).modes for e in np.eye(n)]
+    return np.sort(np.abs(np.linalg.eigvals(1e3 * np.array(rows))))**0.25
+
+
+class Models(unittest.TestCase):
+    def test_frequencies(self):
+        """Clamped by a heavy rotor, the beam vibrates as clamped and free; on a free joint as
+        pinned and free, whose roots of tan x = tanh x (Blevins) a few modes reach from above."""
+        clamped = frequencies(4, armature={"j": 1e12})
+        np.testing.assert_allclose(clamped, [beam.root(k) for k in range(1, 5)], rtol=1e-9)
+        pinned = frequencies(8)
+        np.testing.assert_allclose(pinned[:2], [3.92660231, 7.06858275], rtol=2e-6)
+
+    def test_file(self):
+        """The example by its file, and again from a pickle"""
+        urdf, modes = ROBOTS / "flexible_arm.urdf", ROBOTS / "flexible_arm.yaml"
+        model = tf.Model(urdf, modes=modes)
+        self.assertNotEqual(model.hash, tf.Model(urdf).hash)
+        self.assertEqual(tf.Model(urdf, modes=[modes.read_bytes()]).hash, model.hash)
+        self.assertEqual(pickle.loads(pickle.dumps(model)).hash, model.hash)
+        with self.assertRaisesRegex(tf.LoadError, "links: keys are expected here"):
+            tf.Model(urdf, modes=b"links: 3")
+        with self.assertRaisesRegex(tf.LoadError, "given twice"):
+            tf.Model(urdf, modes=[modes, modes])
+        with self.assertRaisesRegex(tf.InputTypeError, "modes"):
+            tf.Model(urdf, modes=3)
 
 
 class Files(unittest.TestCase):

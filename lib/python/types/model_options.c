@@ -139,6 +139,8 @@ static int read_modes(model_options *o)
         bad = status != TFA_OK || PyList_Append(o->modes_texts, text) < 0 ? -1 : 0;
         if (text && status != TFA_OK)
             raise_load_error(status, file, &report);
+        else if (!text && PyErr_ExceptionMatches(PyExc_TypeError))
+            raise_from_current("modes", "must be a file, bytes, or a list of them");
         Py_XDECREF(text);
         free(file);
     }

@@ -32,13 +32,13 @@ typedef struct scene_options {
 } scene_options;
 
 /** --base, --gravity, --mimic, --inertia, --rotor-inertia, --damping, --lock-massless-leaves,
- *  --lock, --root, --tip, --payload, --modes; its input is a scene_options. Names are kept as pointers into
- *  the argument vector, which is changed. */
+ *  --lock, --root, --tip, --payload, --modes; its input is a scene_options. Names are kept as
+ *  pointers into the argument vector, which is changed. */
 extern const struct argp scene_argp;
 
 /**
- * Loads files of modes, loads and compiles a URDF as the options say and prints what the report says at or above `lowest`
- * on standard error.
+ * Loads files of modes, loads and compiles a URDF as the options say and prints what the report
+ * says at or above `lowest` on standard error.
  * @return the model, or NULL after an error message
  */
 tfa_model *load_scene(const char *path, scene_options *options, tfa_severity lowest,

@@ -223,7 +223,8 @@ def print_modes(o):
         print(f"      # {name}, {omega / (2 * math.pi):.6g} Hz, coordinate in {unit}")
         print(f"      - momentum: {six(mode['linear'], d, mode['angular'], t)}")
         print(f"        mass: {mode['mass']!r}\n        stiffness: {mode['stiffness']!r}")
-        print(f"        damping: {2 * o.damping * omega * mode['mass']!r}\n        limit: {limit!r}")
+        print(f"        damping: {2 * o.damping * omega * mode['mass']!r}")
+        print(f"        limit: {limit!r}")
         joint = f"{json.dumps(o.joint, ensure_ascii=False)}: {tip}" if o.joint else ""
         print(f"        shape: {{{joint}}}")
 

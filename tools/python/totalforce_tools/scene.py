@@ -95,8 +95,8 @@ OPTIONS = [
            lambda text, before: (before or []) + [text]),
     Option("payload", None, PAYLOAD, "Load on a link: kg, its centre of mass in m, its inertia "
            "about that in kg m^2", read_payload),
-    Option("modes", None, "FILE", "Modes of flexible links, as YAML (`totalforce beam` writes those "
-           "of a beam)", lambda text, before: (before or []) + [text]),
+    Option("modes", None, "FILE", "Modes of flexible links, as YAML (`totalforce beam` writes "
+           "those of a beam)", lambda text, before: (before or []) + [text]),
     Group("--lock, --tip, --payload and --modes may be given several times."),
 ]
 

@@ -275,7 +275,7 @@ static tfa_model *build_flexible(void)
 }
 
 /* Every input of interface/fields.h: bits that are neither a number nor a joint are refused by some
- * op, and by each op that refuses them as that field, of modes by those that answer such a robot. */
+ * op, and by each op that refuses them as that field; modes by ops that answer such a robot. */
 TEST(every_input_is_checked)
 {
     static const double payload[TFA_PAYLOAD_NUMBERS] = {1, 0, 0, 0, 1, 0, 0, 1, 0, 1};

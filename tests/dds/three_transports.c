@@ -15,6 +15,7 @@
 #include <string.h>
 
 #include <totalforce/model.h>
+#include <totalforce/modes.h>
 #include <totalforce/statistics.h>
 
 #include "dds_client/dds_client.h"

@@ -168,7 +168,7 @@ TEST(no_overflow_is_ok)
 
 /* ---- modes ---- */
 
-/* Link 1 has a mode; link 2 has no inertia that dca could invert. */
+/* Link 1 has a mode; link 2 is a point mass, whose inertia dca cannot invert. */
 static tfa_model *flexible_model(void)
 {
     static const double momentum[6] = {0.2}, mass = 0.1, stiffness = 50, shape[6] = {1};
@@ -188,6 +188,7 @@ static tfa_model *flexible_model(void)
     small_robot_add(&u, 1, TFA_JOINT_REVOLUTE, 0, 1, 0);
     small_robot_add(&u, 2, TFA_JOINT_REVOLUTE, 0, 0, 1);
     small_robot_load(&u, 1, 1, 0.1, 0.1, 0.1);
+    small_robot_load(&u, 2, 1, 0, 0, 0);
     small_robot_load(&u, 3, 2, 0.2, 0.2, 0.2);
     return compiled(&u.d, &options);
 }

@@ -344,6 +344,29 @@ TEST(torques_become_requests)
     assert_int_equal(field_error.index, V - 1);
 }
 
+/* A stream carries modes both ways. */
+TEST(torques_of_flexible_links)
+{
+    tfa_wire_shape flexible = fixed;
+    totalforce_dds_JointTorques s = {.q = {Q, Q, numbers[0], false},
+                                     .modes = {MODES, MODES, numbers[1], false}};
+    totalforce_dds_JointAccelerations out = {0};
+    const tfa_reply reply = {.qdd = numbers[2], .modes = numbers[3]};
+    tfa_request r;
+    tfa_dds_field_error field_error;
+    flexible.modes = MODES;
+    assert_int_equal(tfa_dds_torques_view(&s, &flexible, &r, &field_error), TFA_OK);
+    assert_ptr_equal(r.modes, numbers[1]);
+    assert_null(r.mode_velocities);
+    assert_int_equal(tfa_dds_torques_view(&s, &fixed, &r, &field_error), TFA_E_SIZE);
+    assert_int_equal(field_error.field, TFA_FIELD_MODES);
+    tfa_dds_accelerations_fill(&reply, &flexible, &out);
+    assert_int_equal(out.modes._length, MODES);
+    assert_ptr_equal(out.modes._buffer, numbers[3]);
+    tfa_dds_accelerations_fill(&reply, &fixed, &out);
+    assert_int_equal(out.modes._length, 0);
+}
+
 TEST(names_fit_or_not)
 {
     char key[totalforce_dds_ROBOT_NAME_MAX + 1];

@@ -42,7 +42,9 @@ static void momentum(const tfa_description *d, uint32_t link, const double *twis
     oracle_free(o);
 }
 
-/* With p_k = I xi_k of random rigid motions xi_k, M = xi^T I xi + a positive definite matrix. */
+/* With p_k = I xi_k of random rigid motions xi_k, M = xi^T I xi + a positive definite matrix. Masses
+ * behind fixed joints move little: their inertia is of first order in the modes, and must stay one
+ * of a body. */
 tfa_link_modes flexible_modes(random_source *s, const tfa_description *d, uint32_t link,
                               uint32_t count)
 {
@@ -77,7 +79,9 @@ tfa_link_modes flexible_modes(random_source *s, const tfa_description *d, uint32
                             .shapes = shapes};
     for (size_t j = 0; j < d->joint_count; j++)
         if (d->joints[j].parent == link)
-            shapes[modes.shape_count++] = (tfa_mode_shape){d->joints[j].name, numbers(s, n * 6, 1)};
+            shapes[modes.shape_count++] =
+                (tfa_mode_shape){d->joints[j].name,
+                                 numbers(s, n * 6, d->joints[j].type == TFA_JOINT_FIXED ? 0.2 : 1)};
     free(W);
     free(xi);
     return modes;

@@ -158,7 +158,7 @@ static double drift(uint32_t steps)
 
 TEST(a_free_pendulum_keeps_its_energy)
 {
-    const double coarse = drift(500), fine = drift(1000);
+    const double coarse = drift(25), fine = drift(50);
     print_message("  %.2g, %.2g\n", coarse, fine);
     assert_true(coarse < 1e-4 && fine < coarse / 8);
 }

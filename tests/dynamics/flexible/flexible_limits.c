@@ -300,7 +300,7 @@ TEST(combinations_of_joints_are_the_projected_robot)
 
 /* ---- heavy modes ---- */
 
-/* Modes that are heavier by 1e12 do not accelerate, and the robot is that of rigid links: the
+/* Modes that are heavier by 1e14 do not accelerate, and the robot is that of rigid links: the
  * oracle's, with the same payloads. */
 static void heavy_modes(flexible_robot *given)
 {
@@ -316,7 +316,7 @@ static void heavy_modes(flexible_robot *given)
         const size_t n = given->modes[k].mode_count;
         double *M = heavy + k * TFA_MAX_LINK_MODES * TFA_MAX_LINK_MODES;
         for (size_t e = 0; e < n * n; e++)
-            M[e] = 1e12 * given->modes[k].mass[e];
+            M[e] = 1e14 * given->modes[k].mass[e];
         modes[k] = given->modes[k];
         modes[k].mass = M;
     }

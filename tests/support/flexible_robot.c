@@ -102,10 +102,19 @@ static void load_link(tfa_description *d, const tfa_payload *payload)
 {
     for (size_t k = 0; k < d->link_count; k++)
         if (d->links[k].name == payload->link) {
-            d->links[k].mass = payload->mass;
-            memcpy(d->links[k].com, payload->com, sizeof payload->com);
-            memcpy(d->links[k].inertia, payload->inertia, sizeof payload->inertia);
+            tfa_link *link = &d->links[k];
+            *link = (tfa_link){.name = link->name, .mass = payload->mass, .quat = {0, 0, 0, 1}};
+            memcpy(link->com, payload->com, sizeof link->com);
+            memcpy(link->inertia, payload->inertia, sizeof link->inertia);
         }
+}
+
+/* A joint that the scene locks at 0 is fixed to the oracle. */
+static void set_locked(const flexible_robot *f, const tfa_description *d, tfa_joint_type type)
+{
+    for (size_t j = 0; f->scene.lock_count && j < d->joint_count; j++)
+        if (d->joints[j].name == f->lock.joint)
+            d->joints[j].type = type;
 }
 
 void flexible_open(flexible_robot *f, tfa_description *d, tfa_link_modes *modes, size_t links,
@@ -117,14 +126,18 @@ void flexible_open(flexible_robot *f, tfa_description *d, tfa_link_modes *modes,
     f->scene.modes = modes;
     f->scene.modes_count = links;
     f->scene.payloads = f->payload;
+    f->scene.locks = &f->lock;
     const tfa_model_options options = {.base = r->base, .scene = &f->scene};
     r->random = true;
     r->description = d;
+    set_locked(f, d, f->locked);
     r->model = compiled(d, &options);
+    set_locked(f, d, TFA_JOINT_FIXED);
     r->f64 = fixture_workspace(r->model, TFA_F64);
     r->f128 = fixture_workspace(r->model, TFA_F128);
     for (size_t k = 0; k < f->scene.payload_count; k++)
         load_link(d, &f->payload[k]);
+    f->scene.payload_count = f->scene.lock_count = 0;
     r->o = oracle_create(d, r->base);
     r->n = oracle_freedoms(r->o);
     r->nv = oracle_v_count(r->o);
@@ -180,6 +193,8 @@ static size_t random_flexible_links(random_source *s, const tfa_description *d, 
         for (uint32_t k = 0; k < n; k++)
             if (body_of(d, k) == body && d->links[k].mass > 0 && random_below(s, ++seen) == 0)
                 chosen = k;
+        if (chosen == UINT32_MAX)
+            continue;
         last = chosen;
         if (random_below(s, 3))
             modes[links++] = flexible_modes(s, d, chosen, 1 + random_below(s, 4));
@@ -187,6 +202,18 @@ static size_t random_flexible_links(random_source *s, const tfa_description *d, 
     if (links == 0)
         modes[links++] = flexible_modes(s, d, last, 3);
     return links;
+}
+
+/* Locks the last joint, if it has one freedom. */
+static void random_lock(flexible_robot *f, tfa_description *d)
+{
+    tfa_joint *j = &d->joints[d->joint_count - 1];
+    if (j->type == TFA_JOINT_FIXED || j->type >= TFA_JOINT_PLANAR)
+        return;
+    f->lock.joint = j->name;
+    f->locked = j->type;
+    f->scene.lock_count = 1;
+    j->type = TFA_JOINT_FIXED;
 }
 
 /* Payloads on links that hang on a flexible link by a fixed joint, and have no mass */
@@ -221,6 +248,10 @@ void for_every_flexible_robot(void (*law)(flexible_robot *f))
                          kinds[kind].name, (unsigned)seed, floating ? "floating" : "fixed");
                 tfa_description *d = random_robot_create(s.state, &kinds[kind].options);
                 tfa_link_modes *modes = calloc(d->link_count, sizeof *modes);
+                if (seed % 2 == 0)
+                    random_robot_empty_links(&s, d, 0.3);
+                if (seed % 2 == 0 && kind > 0)
+                    random_lock(&f, d);
                 const size_t links = random_flexible_links(&s, d, base, modes);
                 random_payloads(&s, &f, d, modes, links);
                 flexible_open(&f, d, modes, links, true);

@@ -13,8 +13,11 @@ typedef struct flexible_robot {
     test_robot robot; /**< its oracle is that of the robot without modes */
     tfa_link_modes *modes;
     size_t links;    /**< flexible ones: of modes */
-    tfa_scene scene; /**< they, and payloads on links without mass */
+    tfa_scene scene; /**< they; while it is opened also payloads on links without mass and a lock,
+                          which the description has from then on */
     tfa_payload payload[2];
+    tfa_lock lock;
+    tfa_joint_type locked;  /**< type of that joint, which the description has as fixed */
     oracle_modes *o;        /**< NULL: not asked for */
     uint32_t n, mode_count; /**< n: base, joints and modes */
 } flexible_robot;

@@ -57,8 +57,9 @@ static void same_bits(flexible_robot *f)
     SCOPED_WORKSPACE *alone = workspace_for(f->robot.model, &one);
     r.flags = TFA_WANT_ENERGY;
     for (uint32_t tips = 0; tips <= TIPS; tips += TIPS)
-        for (size_t m = 0; m < METHODS; m++) {
-            r.method = methods[m];
+        for (size_t m = 0; m < 2 * METHODS; m++) {
+            r.method = methods[m / 2];
+            r.count = m % 2 ? STATES : 1;
             r.tip_count = tips;
             for (uint32_t t = 0; t < tips; t++)
                 r.tips[t] = (uint32_t)f->robot.description->link_count - 1 - t;

@@ -247,7 +247,6 @@ static void common_displacement(flexible_robot *f)
     tfa_request r = flexible_request(f, &s);
     r.frame = TFA_FRAME_LOCAL;
     r.wrench_count = f->robot.base == TFA_BASE_FLOATING ? 2 : 0; /* none turns with the world */
-    f->scene.payload_count = 0;                                  /* d has them */
     SCOPED_MODEL *before = compiled(d, &options);
     SCOPED_WORKSPACE *w = workspace_for(before, NULL);
     flexible_forward(f, w, &r, x[0], NULL);

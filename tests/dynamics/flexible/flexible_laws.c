@@ -48,6 +48,43 @@ static void print_worst(const struct way *ways, size_t count)
                               column_names[c], way->worst[c], way->bound[c]);
 }
 
+/* The oracle: M is symmetric, T = v^T M v / 2, and twists of all links are J v. */
+static void oracle_itself(flexible_robot *f)
+{
+    const uint32_t n = f->n, six = f->robot.n - f->robot.nv;
+    flexible_states s = flexible_states_make(f, 1, 1, 0);
+    const tfa_request r = flexible_request(f, &s);
+    quad *v = calloc(n, sizeof *v), *J = calloc((size_t)6 * n, sizeof *J), T = 0;
+    oracle_modes_set_state(f->o, &r, 0);
+    const quad *M = oracle_modes_mass_matrix(f->o), kinetic = oracle_modes_sums_of(f->o).kinetic;
+    for (uint32_t k = 0; k < n; k++)
+        v[k] = k < six          ? s.x->base_twist[k]
+               : k < f->robot.n ? s.x->v[k - six]
+                                : s.rates[k - f->robot.n];
+    for (uint32_t i = 0; i < n; i++)
+        for (uint32_t k = 0; k < n; k++) {
+            T += v[i] * M[i * n + k] * v[k] / 2;
+            assert_true(fabs((double)(M[i * n + k] - M[k * n + i])) < 1e-28);
+        }
+    assert_true(fabs((double)(T - kinetic)) < 1e-28 * (double)T);
+    for (uint32_t link = 0; link < f->robot.description->link_count; link++) {
+        const oracle_modes_tip tip = oracle_modes_tip_of(f->o, link, TFA_FRAME_WORLD);
+        memset(J, 0, (size_t)6 * n * sizeof *J);
+        oracle_modes_jacobian(f->o, link, TFA_FRAME_WORLD, J);
+        for (uint32_t i = 0; i < 6; i++) {
+            quad sum = -tip.twist[i];
+            for (uint32_t k = 0; k < n; k++)
+                sum += J[i * n + k] * v[k];
+            assert_true(fabs((double)sum) < 1e-28);
+        }
+    }
+    free(J);
+    free(v);
+    flexible_states_free(&s);
+}
+
+EVERY_FLEXIBLE_ROBOT(oracle_is_consistent, oracle_itself)
+
 /* Asks one state in every way; `size` numbers that the oracle knows. */
 static void by_every_way(const flexible_robot *f, tfa_request r, struct way *ways, size_t count,
                          const double *want, size_t size)

@@ -42,9 +42,9 @@ static void momentum(const tfa_description *d, uint32_t link, const double *twis
     oracle_free(o);
 }
 
-/* With p_k = I xi_k of random rigid motions xi_k, M = xi^T I xi + a positive definite matrix. Masses
- * move little and child joints much: rigid inertias are of first order in the modes, and must stay
- * those of bodies. */
+/* With p_k = I xi_k of random rigid motions xi_k, M = xi^T I xi + a positive definite matrix.
+ * Masses move little and child joints much: rigid inertias are of first order in the modes, and
+ * must stay those of bodies. */
 tfa_link_modes flexible_modes(random_source *s, const tfa_description *d, uint32_t link,
                               uint32_t count)
 {
@@ -77,11 +77,12 @@ tfa_link_modes flexible_modes(random_source *s, const tfa_description *d, uint32
                             .damping = D,
                             .limit = limit,
                             .shapes = shapes};
-    for (size_t j = 0; j < d->joint_count; j++)
+    for (size_t j = 0; j < d->joint_count; j++) {
+        const double reach = d->joints[j].type == TFA_JOINT_FIXED ? 0.1 : 10;
         if (d->joints[j].parent == link)
             shapes[modes.shape_count++] =
-                (tfa_mode_shape){d->joints[j].name,
-                                 numbers(s, n * 6, d->joints[j].type == TFA_JOINT_FIXED ? 0.1 : 10)};
+                (tfa_mode_shape){d->joints[j].name, numbers(s, n * 6, reach)};
+    }
     free(W);
     free(xi);
     return modes;
@@ -239,7 +240,7 @@ static void random_payloads(random_source *s, flexible_robot *f, const tfa_descr
 void for_every_flexible_robot(void (*law)(flexible_robot *f))
 {
     for (uint32_t kind = 0; kind < KINDS; kind++)
-        for (uint64_t seed = 1; seed <= test_extent(2, 8); seed++)
+        for (uint64_t seed = 1; seed <= TEST_ROUNDS(test_extent(2, 8)); seed++)
             for (int floating = 0; floating < 2; floating++) {
                 const tfa_base base = floating ? TFA_BASE_FLOATING : TFA_BASE_FIXED;
                 flexible_robot f = {.robot = {.seed = seed, .base = base}};

@@ -13,15 +13,18 @@ typedef struct flexible_robot {
     test_robot robot; /**< its oracle is that of the robot without modes */
     tfa_link_modes *modes;
     size_t links;    /**< flexible ones: of modes */
-    tfa_scene scene; /**< they, and payloads on links without mass */
+    tfa_scene scene; /**< they; while it is opened also payloads on links without mass and a lock,
+                          which the description has from then on */
     tfa_payload payload[2];
+    tfa_lock lock;
+    tfa_joint_type locked;  /**< type of that joint, which the description has as fixed */
     oracle_modes *o;        /**< NULL: not asked for */
     uint32_t n, mode_count; /**< n: base, joints and modes */
 } flexible_robot;
 
 /** Random modes of a link of the description, `count` of them, for flexible_modes_free: with a mass
  *  matrix that is positive definite for |eta| up to FLEXIBLE_ETA. */
-#define FLEXIBLE_ETA 0.02
+#define FLEXIBLE_ETA 0.002
 tfa_link_modes flexible_modes(random_source *s, const tfa_description *d, uint32_t link,
                               uint32_t count);
 void flexible_modes_free(const tfa_link_modes *modes);
@@ -40,7 +43,7 @@ void for_every_flexible_robot(void (*law)(flexible_robot *f));
         for_every_flexible_robot(law);                                                             \
     }
 
-/** Random states; modes within FLEXIBLE_ETA, their rates within 1/s. */
+/** Random states; modes within FLEXIBLE_ETA, their rates within 0.1/s. */
 typedef struct flexible_states {
     random_states *x;
     double *modes, *rates;

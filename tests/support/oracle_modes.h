@@ -4,7 +4,7 @@
  * The oracle of robots with flexible links, dense and in quadruple precision.
  *
  * Poses are Taylor series of the time, products of those of joints and handles. Momenta of links
- * follow from the kinetic energy of tfa_link_modes, in world axes; the forces are their derivatives,
+ * follow from the kinetic energy of tfa_link_modes, in world axes; the forces are their rates,
  * carried to the freedoms by Jacobians; those of modes are Lagrange's. The columns of M are the
  * forces of unit accelerations. Nothing is recursive but the poses. Freedoms: base, joints, modes
  * (link by link in the order of the links).

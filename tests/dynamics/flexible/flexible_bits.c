@@ -57,8 +57,11 @@ static void same_bits(flexible_robot *f)
     SCOPED_WORKSPACE *alone = workspace_for(f->robot.model, &one);
     r.flags = TFA_WANT_ENERGY;
     for (uint32_t tips = 0; tips <= TIPS; tips += TIPS)
-        for (size_t m = 0; m < METHODS; m++) {
-            r.method = methods[m];
+        for (size_t m = 0; m < 2 * METHODS; m++) {
+            r.method = methods[m / 2];
+            if (fixture_refuses(&f->robot, r.method))
+                continue;
+            r.count = m % 2 ? STATES : 1;
             r.tip_count = tips;
             for (uint32_t t = 0; t < tips; t++)
                 r.tips[t] = (uint32_t)f->robot.description->link_count - 1 - t;
@@ -100,6 +103,8 @@ static void kept(flexible_robot *f)
     double *x = calloc(f->n, sizeof *x), *y = calloc(f->n, sizeof *y);
     r.count = 1;
     for (size_t m = 0; m < METHODS; m++) {
+        if (fixture_refuses(&f->robot, methods[m]))
+            continue;
         SCOPED_WORKSPACE *fresh = workspace_for(f->robot.model, NULL);
         SCOPED_WORKSPACE *used = workspace_for(f->robot.model, NULL);
         tfa_request other = r;
@@ -139,6 +144,8 @@ static void promises(flexible_robot *f)
     oracle_modes_forward(f->o, r.tau, r.base_wrench, want);
     for (size_t m = 1; m < METHODS; m++)
         for (uint32_t refine = 0; refine < 2; refine++) {
+            if (fixture_refuses(&f->robot, methods[m]))
+                continue;
             r.method = methods[m];
             r.refine = refine;
             r.estimate = TFA_ESTIMATE_NEVER;

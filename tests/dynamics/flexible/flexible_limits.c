@@ -300,7 +300,7 @@ TEST(combinations_of_joints_are_the_projected_robot)
 
 /* ---- heavy modes ---- */
 
-/* Modes that are heavier by 1e12 do not accelerate, and the robot is that of rigid links: the
+/* Modes that are heavier by 1e14 do not accelerate, and the robot is that of rigid links: the
  * oracle's, with the same payloads. */
 static void heavy_modes(flexible_robot *given)
 {
@@ -316,7 +316,7 @@ static void heavy_modes(flexible_robot *given)
         const size_t n = given->modes[k].mode_count;
         double *M = heavy + k * TFA_MAX_LINK_MODES * TFA_MAX_LINK_MODES;
         for (size_t e = 0; e < n * n; e++)
-            M[e] = 1e12 * given->modes[k].mass[e];
+            M[e] = 1e14 * given->modes[k].mass[e];
         modes[k] = given->modes[k];
         modes[k].mass = M;
     }
@@ -326,6 +326,8 @@ static void heavy_modes(flexible_robot *given)
     oracle_forward(r->o, s.x->tau, s.x->base_wrench, want + r->n - r->nv, want);
     for (size_t m = 0; m < METHODS; m++) {
         request.method = methods[m];
+        if (fixture_refuses(r, methods[m]))
+            continue;
         flexible_forward(given, w, &request, got, NULL);
         assert_within(r, tfa_method_name(methods[m]), relative_error(got, want, r->n), 1e-9, NULL);
         assert_within(r, "modes", norm2(got + r->n, given->mode_count), 1e-9 * norm2(want, r->n),

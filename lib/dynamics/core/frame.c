@@ -6,8 +6,8 @@
 #include "dynamics/core/frame.h"
 
 #include "dynamics/core/modes.h"
-#include "dynamics/core/unit_wrenches.h"
 #include "layout/body.h"
+#include "spatial/unit_wrenches.h"
 
 /* Rotation from world axes to the axes of a body */
 static mat3 world_axes(const struct state *s, int32_t body)

@@ -30,7 +30,7 @@
 
 /* ---- pose and velocity ---- */
 
-/* Where all handles stand, Phi, and s->X of the bodies on them, which is that without deformation. */
+/* Where all handles stand, Phi, and s->X of the bodies on them, which had no deformation */
 void TFA_V(modes_pose)(struct state *s);
 /* Axes (columns, E) and origin (r) of a frame that rides on a handle, from those without */
 void TFA_V(modes_move_frame)(const struct state *s, int32_t handle, xform *at);
@@ -47,6 +47,8 @@ void TFA_V(modes_force)(const struct state *s, int32_t handle, svec f, num *tau)
 /* The motion of the parent's part that carries body i, from that of the parent */
 svec TFA_V(modes_parent)(const struct state *s, uint32_t i, svec parent, const num *x);
 
+/* sum of B_k x_k of flexible body i, x all freedoms */
+svec TFA_V(modes_momentum_by)(const struct state *s, uint32_t i, const num *x);
 /* What modes add to the momentum of body i, twice what they add to its kinetic energy, and to its
  * first moment; eta^T K eta / 2 of all */
 svec TFA_V(modes_momentum)(const struct state *s, uint32_t i);
@@ -91,22 +93,21 @@ void TFA_V(modes_restore_body)(struct state *s, uint32_t i);
 uint32_t TFA_V(modes_propagate)(const struct state *s, uint32_t i, int32_t handle, svec P[6],
                                 num *psi, num *phi);
 
-#if LAYOUT_BODIES_IN_LANES == 1
 static inline void modes_start(struct state *s, uint32_t i, const num *tau, int flags)
 {
-    if (s->body[i].flexible >= 0)
+    if (body_flexible(body_constants_of(s, i)) >= 0)
         TFA_V(modes_start_body)(s, i, tau, flags);
 }
 
 static inline void modes_eliminate(struct state *s, uint32_t i, int flags)
 {
-    if (s->body[i].flexible >= 0)
+    if (body_flexible(body_constants_of(s, i)) >= 0)
         TFA_V(modes_eliminate_body)(s, i, flags);
 }
 
 static inline void modes_forward(struct state *s, uint32_t i, num *x)
 {
-    if (s->body[i].flexible >= 0)
+    if (body_flexible(body_constants_of(s, i)) >= 0)
         TFA_V(modes_forward_body)(s, i, x);
 }
 
@@ -115,6 +116,5 @@ static inline svec modes_at_handle(const struct state *s, int32_t handle, svec m
 {
     return handle < 0 ? m : sv_add(m, TFA_V(modes_motion)(s, handle, x));
 }
-#endif
 
 #endif

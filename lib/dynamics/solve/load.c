@@ -43,22 +43,6 @@ static int load_base(struct state *s, const tfa_request *r)
     return num_all(same);
 }
 
-/* Modal coordinates. Returns whether they are unchanged. */
-static int load_modes(struct state *s, const tfa_request *r)
-{
-    num_mask same = num_of(0) == num_of(0);
-#if LAYOUT_BODIES_IN_LANES == 1
-    for (uint32_t k = 0; k < s->m->modes; k++) {
-        const num x = r->modes ? gather_states(s, r->modes, s->m->modes, k) : num_of(0);
-        same &= x == s->eta[k];
-        s->eta[k] = x;
-    }
-#else
-    (void)s, (void)r;
-#endif
-    return num_all(same);
-}
-
 /* Is what was computed of these spans there? What was computed of everything serves for a part of
  * it; what was computed of a part serves for the same part only. */
 static int covers(const struct state *s, const struct span *wanted, uint32_t count)
@@ -80,7 +64,7 @@ static void load_pose(struct state *s, const tfa_request *r)
     for (uint32_t k = 0; k < count; k++)
         same &= load_coordinates(s, r, wanted[k]);
     same &= load_base(s, r);
-    same &= load_modes(s, r);
+    same &= TFA_V(load_modes)(s, r);
     if (same && covers(s, wanted, count))
         return;
     s->have = 0;
@@ -156,31 +140,6 @@ static void load_damping(struct state *s)
     s->has_passive_force = 1;
 }
 
-/* Velocities of modes, and their forces - K eta - D eta'. Returns whether some velocity is not
- * zero. */
-static int load_mode_velocities(struct state *s, const tfa_request *r)
-{
-    num_mask none = num_of(0) == num_of(0);
-#if LAYOUT_BODIES_IN_LANES == 1
-    num *qd = s->qd + (s->freedoms - s->m->modes);
-    for (uint32_t k = 0; r->mode_velocities && k < s->m->modes; k++) {
-        qd[k] = gather_states(s, r->mode_velocities, s->m->modes, k);
-        none &= qd[k] == num_of(0);
-    }
-    for (uint32_t i = 0; i < s->m->flexible_bodies; i++) {
-        const struct tfa_flexible *f = &s->m->flexible[i];
-        for (uint32_t k = 0; k < f->n; k++)
-            for (uint32_t j = 0; j < f->n; j++)
-                s->passive_force[f->v + k] -= num_of(f->K[f->n * k + j]) * s->eta[f->first + j] +
-                                              num_of(f->D[f->n * k + j]) * s->qd[f->v + j];
-        s->has_passive_force = 1;
-    }
-#else
-    (void)s, (void)r;
-#endif
-    return !num_all(none);
-}
-
 /* Of the free joint whose freedoms start at j. Lanes at rest keep every bit. */
 static void leave_boost_of_root(struct state *s, uint32_t j, int held)
 {
@@ -237,7 +196,7 @@ static void load_motion(struct state *s, const tfa_request *r)
     if (reads_wrenches(r))
         TFA_V(load_wrenches)(s, r);
     s->moving = TFA_V(load_freedoms)(s, s->qd, r->base_twist, r->v);
-    s->moving |= load_mode_velocities(s, r);
+    s->moving |= TFA_V(load_mode_velocities)(s, r);
     load_damping(s);
     TFA_V(leave_boost)(s);
     s->moving |= s->wrenched && reads_wrenches(r);

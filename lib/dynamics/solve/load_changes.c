@@ -2,7 +2,7 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * Changes of the robot by a request: payloads, locked joints, the part of it that the
- * answer depends on; and wrenches.
+ * answer depends on; wrenches, and modes of flexible links.
  */
 #include <string.h>
 
@@ -224,4 +224,36 @@ void TFA_V(load_wrenches)(struct state *s, const tfa_request *r)
     for (uint32_t w = 0; w < r->wrench_count; w++)
         add_wrench(s, r, w);
     s->wrenched = r->wrench_count > 0;
+}
+
+/* ---- modes ---- */
+
+int TFA_V(load_modes)(struct state *s, const tfa_request *r)
+{
+    num_mask same = num_of(0) == num_of(0);
+    for (uint32_t k = 0; k < s->m->modes; k++) {
+        const num x = r->modes ? gather_states(s, r->modes, s->m->modes, k) : num_of(0);
+        same &= x == s->eta[k];
+        s->eta[k] = x;
+    }
+    return num_all(same);
+}
+
+int TFA_V(load_mode_velocities)(struct state *s, const tfa_request *r)
+{
+    num_mask none = num_of(0) == num_of(0);
+    num *qd = s->qd + (s->freedoms - s->m->modes);
+    for (uint32_t k = 0; r->mode_velocities && k < s->m->modes; k++) {
+        qd[k] = gather_states(s, r->mode_velocities, s->m->modes, k);
+        none &= qd[k] == num_of(0);
+    }
+    for (uint32_t i = 0; i < s->m->flexible_bodies; i++) {
+        const struct tfa_flexible *f = &s->m->flexible[i];
+        for (uint32_t k = 0; k < f->n; k++)
+            for (uint32_t j = 0; j < f->n; j++)
+                s->passive_force[f->v + k] -= num_of(f->K[f->n * k + j]) * s->eta[f->first + j] +
+                                              num_of(f->D[f->n * k + j]) * s->qd[f->v + j];
+        s->has_passive_force = 1;
+    }
+    return !num_all(none);
 }

@@ -107,11 +107,11 @@ typedef struct tfa_link_modes {
     const double *momentum;    /**< mode_count x 6: l_k, kg m, and a_k about the link's origin,
                                     kg m^2, per unit rate, linear first: integrals of phi and of
                                     r x phi over the mass; axes of the link */
-    const double *mass;        /**< mode_count^2, M: integrals of phi_j . phi_k; positive definite */
+    const double *mass;        /**< mode_count^2, M: integrals of phi_j . phi_k */
     const double *stiffness;   /**< mode_count^2, K: symmetric */
     const double *damping;     /**< mode_count^2, D: symmetric; NULL: 0 */
-    const double *limit;       /**< mode_count: bound of each |eta| up to which the modes hold, above
-                                    0; NULL: none */
+    const double *limit;       /**< mode_count: bound of each |eta|, above 0, up to which the
+                                    modes hold; NULL: none */
     const tfa_mode_shape *shapes; /**< of every child joint of the link */
     size_t shape_count;           /**< of shapes */
 } tfa_link_modes;

@@ -197,7 +197,7 @@ typedef struct tfa_request {
                                        metre; NULL: tfa_model_characteristic_length */
     const double *payloads; /**< payload_count x TFA_PAYLOAD_NUMBERS, for every state: mass (kg),
                                  com (m), inertia (kg m^2) as in tfa_payload */
-    const double *modes;    /**< count x mode_count, modal coordinates eta of flexible links; NULL: 0 */
+    const double *modes;    /**< count x mode_count, modal coordinates eta; NULL: 0 */
     const double *mode_velocities; /**< count x mode_count, 1/s: their rates; NULL: 0 */
 } tfa_request;
 

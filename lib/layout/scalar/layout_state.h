@@ -137,6 +137,22 @@ typedef struct tfa_freedom freedom;
 
 #include "layout/state_struct.h"
 
+/* The modes of flexible body i; those that move a handle, and its motion by mode k */
+static inline const struct tfa_flexible *flexible_of(const struct state *s, uint32_t i)
+{
+    return &s->m->flexible[s->body[i].flexible];
+}
+
+static inline const struct tfa_flexible *carrier_of(const struct state *s, int32_t handle)
+{
+    return &s->m->flexible[s->m->handle[handle].flexible];
+}
+
+static inline svec phi_of(const struct state *s, int32_t handle, uint32_t k)
+{
+    return sv_from(s->handle[handle].Phi + 6 * k);
+}
+
 static inline int model_has_identity_map(const struct tfa_model *m)
 {
     int identity_map =

@@ -42,15 +42,13 @@ static void momentum(const tfa_description *d, uint32_t link, const double *twis
     oracle_free(o);
 }
 
-/* With p_k = I xi_k of random rigid motions xi_k, M = xi^T I xi + a positive definite matrix.
- * Masses move little and child joints much: rigid inertias are of first order in the modes, and
- * must stay those of bodies. */
+/* With p_k = I xi_k of random rigid motions xi_k, M = xi^T I xi + a positive definite matrix. */
 tfa_link_modes flexible_modes(random_source *s, const tfa_description *d, uint32_t link,
                               uint32_t count)
 {
     const double mass = d->links[link].mass;
     const size_t n = count;
-    double *xi = numbers(s, n * 6, 0.1), *p = numbers(s, n * 6, 0), *W = numbers(s, n * n, 0.5);
+    double *xi = numbers(s, n * 6, 0.5), *p = numbers(s, n * 6, 0), *W = numbers(s, n * n, 0.5);
     double *M = numbers(s, n * n, 0), *K = numbers(s, n * n, 0), *D = numbers(s, n * n, 0);
     double *limit = numbers(s, n, 0);
     for (size_t k = 0; k < n; k++) {
@@ -77,12 +75,9 @@ tfa_link_modes flexible_modes(random_source *s, const tfa_description *d, uint32
                             .damping = D,
                             .limit = limit,
                             .shapes = shapes};
-    for (size_t j = 0; j < d->joint_count; j++) {
-        const double reach = d->joints[j].type == TFA_JOINT_FIXED ? 0.1 : 10;
+    for (size_t j = 0; j < d->joint_count; j++)
         if (d->joints[j].parent == link)
-            shapes[modes.shape_count++] =
-                (tfa_mode_shape){d->joints[j].name, numbers(s, n * 6, reach)};
-    }
+            shapes[modes.shape_count++] = (tfa_mode_shape){d->joints[j].name, numbers(s, n * 6, 3)};
     free(W);
     free(xi);
     return modes;
@@ -267,7 +262,7 @@ flexible_states flexible_states_make(const flexible_robot *f, uint64_t salt, uin
     random_source s = {f->robot.seed + salt};
     return (flexible_states){fixture_states(&f->robot, salt, count, wrenches),
                              numbers(&s, (size_t)count * f->mode_count, FLEXIBLE_ETA),
-                             numbers(&s, (size_t)count * f->mode_count, 0.1)};
+                             numbers(&s, (size_t)count * f->mode_count, 1)};
 }
 
 void flexible_states_free(flexible_states *s)

@@ -22,9 +22,9 @@ typedef struct flexible_robot {
     uint32_t n, mode_count; /**< n: base, joints and modes */
 } flexible_robot;
 
-/** Random modes of a link of the description, `count` of them, for flexible_modes_free: with a mass
- *  matrix that is positive definite for |eta| up to FLEXIBLE_ETA. */
-#define FLEXIBLE_ETA 0.002
+/** Random modes of a link of the description, `count` of them, for flexible_modes_free. States have
+ *  |eta| up to FLEXIBLE_ETA. */
+#define FLEXIBLE_ETA 0.1
 tfa_link_modes flexible_modes(random_source *s, const tfa_description *d, uint32_t link,
                               uint32_t count);
 void flexible_modes_free(const tfa_link_modes *modes);
@@ -43,7 +43,7 @@ void for_every_flexible_robot(void (*law)(flexible_robot *f));
         for_every_flexible_robot(law);                                                             \
     }
 
-/** Random states; modes within FLEXIBLE_ETA, their rates within 0.1/s. */
+/** Random states; modes within FLEXIBLE_ETA, their rates within 1/s. */
 typedef struct flexible_states {
     random_states *x;
     double *modes, *rates;

@@ -18,23 +18,13 @@ typedef struct motion {
     vec3 p[ORDER];
 } motion;
 
-/* What moves as one: a link, or a flexible link with all that fixed joints hang on it. Axes and
- * origin of the link; derivatives by the modal coordinates. */
+/* A link about its origin, with modes or without; s_k = a_k - c x l_k */
 struct element {
-    uint32_t link, first, n; /* n modes, the first of which is freedom `first` */
+    uint32_t first, n; /* n modes, the first of which is freedom `first` */
     const tfa_link_modes *modes;
-    quad mass, M[MODES * MODES];
-    vec3 h, dh[MODES], l[MODES], a[MODES];
-    mat3 I, dI[MODES]; /* about the origin */
-};
-
-/* What a link is to its element: its pose there without deformation, and the child joint of the
- * flexible link that it hangs on, or -1 */
-struct member {
-    uint32_t element;
-    int32_t handle;
-    mat3 R;
-    vec3 p;
+    quad mass, M[MODES * MODES]; /* M - l^T l / m */
+    vec3 c, l[MODES], s[MODES];
+    mat3 I; /* about the centre of mass */
 };
 
 /* How a unit of a freedom moves all that hangs on `link`, world axes, at the point `at` */
@@ -50,11 +40,9 @@ struct force {
 struct oracle_modes {
     oracle *o; /* of the robot without modes: its joints */
     const tfa_request *request;
-    uint32_t state, n, joints, links, elements, columns; /* joints: freedoms without modes */
-    struct element *element;
-    struct member *member;
-    const tfa_link_modes **of_joint; /* modes that move a joint, or NULL, and how */
-    const double **shape;
+    uint32_t state, n, joints, links, columns; /* joints: freedoms without modes */
+    struct element *element;                   /* of each link */
+    const double **shape;                      /* of each joint; NULL: none */
     struct column *column;
     struct force *F;
     motion *pose;
@@ -200,87 +188,37 @@ static mat3 joint_turn(const tfa_joint *j)
     return mat_from_quaternion_parts(j->quat, j->quat_low);
 }
 
-/* Adds the rigid mass of a link, which has moved by m->R, m->p, to an element: to its constants and
- * to what they are per unit of the modes that move it. */
-static void add_mass(const oracle_modes *o, struct element *e, const struct member *m,
-                     const tfa_link *link)
-{
-    struct body b = {.R = m->R, .p = m->p};
-    const mat3 turn = mat_from_quaternion_parts(link->quat, link->quat_low);
-    const quad mass = link->mass;
-    oracle_mass_properties(&b, link, &turn);
-    const mat3 C = skew(b.com), CC = mat_mul(&C, &C);
-    e->mass += mass;
-    vec_add_scaled(&e->h, mass, b.com);
-    mat_add_scaled(&e->I, 1, &b.I);
-    mat_add_scaled(&e->I, -mass, &CC);
-    if (m->handle < 0)
-        return;
-    const double *shape = o->shape[m->handle];
-    const vec3 arm = vec_sub(b.com, vec_from(o->o->description->joints[m->handle].xyz));
-    vec3 d[MODES], t[MODES];
-    for (uint32_t k = 0; k < e->n; k++) {
-        t[k] = vec_from(shape + 6 * (size_t)k + 3);
-        d[k] = vec_add(vec_from(shape + 6 * (size_t)k), vec_cross(t[k], arm));
-        vec_add_scaled(&e->dh[k], mass, d[k]);
-        vec_add_scaled(&e->l[k], mass, d[k]);
-        vec_add_scaled(&e->a[k], mass, vec_cross(b.com, d[k]));
-        vec_add_scaled(&e->a[k], 1, mat_apply(&b.I, t[k]));
-        const mat3 T = skew(t[k]), D = skew(d[k]), TI = mat_mul(&T, &b.I), IT = mat_mul(&b.I, &T);
-        const mat3 CD = mat_mul(&C, &D), DC = mat_mul(&D, &C);
-        mat_add_scaled(&e->dI[k], 1, &TI);
-        mat_add_scaled(&e->dI[k], -1, &IT);
-        mat_add_scaled(&e->dI[k], -mass, &CD);
-        mat_add_scaled(&e->dI[k], -mass, &DC);
-    }
-    for (uint32_t j = 0; j < e->n; j++)
-        for (uint32_t k = 0; k < e->n; k++)
-            e->M[j * MODES + k] +=
-                mass * vec_dot(d[j], d[k]) + vec_dot(t[j], mat_apply(&b.I, t[k]));
-}
-
 static void add_modes(oracle_modes *o, struct element *e, const tfa_link_modes *modes)
 {
     const tfa_description *d = o->o->description;
     e->modes = modes;
     e->n = (uint32_t)modes->mode_count;
     for (uint32_t k = 0; k < e->n; k++) {
-        e->l[k] = e->dh[k] = vec_from(modes->momentum + 6 * (size_t)k);
-        e->a[k] = vec_from(modes->momentum + 6 * (size_t)k + 3);
-        for (uint32_t j = 0; j < e->n; j++)
-            e->M[k * MODES + j] = modes->mass[k * e->n + j];
+        e->l[k] = vec_from(modes->momentum + 6 * (size_t)k);
+        e->s[k] = vec_from(modes->momentum + 6 * (size_t)k + 3);
+        e->s[k] = vec_sub(e->s[k], vec_cross(e->c, e->l[k]));
+        for (uint32_t j = 0; j <= k; j++)
+            e->M[k * MODES + j] = e->M[j * MODES + k] =
+                modes->mass[k * e->n + j] - vec_dot(e->l[j], e->l[k]) / e->mass;
     }
     for (size_t s = 0; s < modes->shape_count; s++)
         for (size_t j = 0; j < d->joint_count; j++)
-            if (strcmp(d->joints[j].name, modes->shapes[s].joint) == 0) {
+            if (strcmp(d->joints[j].name, modes->shapes[s].joint) == 0)
                 o->shape[j] = modes->shapes[s].shape;
-                o->of_joint[j] = modes;
-            }
 }
 
-/* Gives a link to its element: that of its parent, if this is flexible and the joint fixed. */
-static void make_member(oracle_modes *o, uint32_t link, const tfa_link_modes *modes, size_t count)
+static void make_element(oracle_modes *o, uint32_t link, const tfa_link_modes *modes, size_t count)
 {
-    const tfa_description *d = o->o->description;
-    const int32_t above = o->o->body[link].joint;
-    struct member *m = &o->member[link];
-    const tfa_joint *j = above < 0 ? NULL : &d->joints[above];
-    *m = (struct member){.handle = -1, .R = mat_identity()};
-    if (j && j->type == TFA_JOINT_FIXED && o->element[o->member[j->parent].element].modes) {
-        const struct member *parent = &o->member[j->parent];
-        const mat3 turn = joint_turn(j);
-        m->element = parent->element;
-        m->handle = parent->handle < 0 ? above : parent->handle;
-        m->R = mat_mul(&parent->R, &turn);
-        m->p = vec_add(parent->p, mat_apply(&parent->R, vec_from(j->xyz)));
-    } else {
-        m->element = o->elements++;
-        o->element[m->element].link = link;
-        for (size_t k = 0; k < count; k++)
-            if (strcmp(modes[k].link, d->links[link].name) == 0)
-                add_modes(o, &o->element[m->element], &modes[k]);
-    }
-    add_mass(o, &o->element[m->element], m, &d->links[link]);
+    const tfa_link *given = &o->o->description->links[link];
+    const mat3 turn = mat_from_quaternion_parts(given->quat, given->quat_low);
+    struct element *e = &o->element[link];
+    struct body b = {.R = mat_identity()};
+    oracle_mass_properties(&b, given, &turn);
+    *e = (struct element){.mass = given->mass, .c = b.com, .I = b.I, .first = o->n};
+    for (size_t k = 0; k < count; k++)
+        if (strcmp(modes[k].link, given->name) == 0)
+            add_modes(o, e, &modes[k]);
+    o->n += e->n;
 }
 
 oracle_modes *oracle_modes_create(const tfa_description *d, tfa_base base,
@@ -292,24 +230,14 @@ oracle_modes *oracle_modes_create(const tfa_description *d, tfa_base base,
         abort();
     o->links = (uint32_t)d->link_count;
     o->element = allocated(o->links, sizeof *o->element);
-    o->member = allocated(o->links, sizeof *o->member);
     o->F = allocated(o->links, sizeof *o->F);
     o->pose = allocated(o->links, sizeof *o->pose);
     o->shape = allocated(d->joint_count, sizeof *o->shape);
-    o->of_joint = allocated(d->joint_count, sizeof *o->of_joint);
+    o->n = o->joints = o->columns = oracle_freedoms(o->o);
     for (uint32_t k = 0; k < o->links; k++)
-        make_member(o, o->o->order[k], modes, count);
-    o->n = o->joints = oracle_freedoms(o->o);
-    for (uint32_t k = 0; k < o->links; k++) { /* modes: in the order of the links */
-        struct element *e = &o->element[o->member[k].element];
-        if (e->link == k) {
-            e->first = o->n;
-            o->n += e->n;
-        }
-    }
-    o->columns = o->joints;
+        make_element(o, k, modes, count);
     for (size_t j = 0; j < d->joint_count; j++)
-        o->columns += o->shape[j] ? (uint32_t)o->of_joint[j]->mode_count : 0;
+        o->columns += o->element[d->joints[j].parent].n;
     o->column = allocated(o->columns, sizeof *o->column);
     o->eta = allocated(o->n, sizeof *o->eta);
     o->v = allocated(o->n, sizeof *o->v);
@@ -324,8 +252,8 @@ void oracle_modes_free(oracle_modes *o)
 {
     if (!o)
         return;
-    void *all[] = {o->LDL,   o->M,    o->h,        o->zero, o->v,      o->eta,     o->column,
-                   o->shape, o->pose, o->of_joint, o->F,    o->member, o->element, o};
+    void *all[] = {o->LDL,    o->M,     o->h,    o->zero, o->v,       o->eta,
+                   o->column, o->shape, o->pose, o->F,    o->element, o};
     oracle_free(o->o);
     for (size_t k = 0; k < sizeof all / sizeof *all; k++)
         free(all[k]);
@@ -383,8 +311,8 @@ static motion handle_motion(const oracle_modes *o, uint32_t joint, const quad *v
     const tfa_joint *j = &o->o->description->joints[joint];
     vec3 d[ORDER] = {vec_from(j->xyz)}, b[ORDER] = {0};
     const motion turn = at_rest(joint_turn(j), (vec3){{0, 0, 0}});
-    const struct element *e = &o->element[o->member[j->parent].element];
-    for (uint32_t k = 0; o->shape[joint] && k < e->n; k++)
+    const struct element *e = &o->element[j->parent];
+    for (uint32_t k = 0; k < e->n; k++)
         for (int i = 0; i < ORDER; i++) {
             const uint32_t f = e->first + k;
             const quad x = i == 0 ? o->eta[f] : i == 1 ? v[f] : a[f] / 2;
@@ -423,8 +351,8 @@ static void make_columns(oracle_modes *o)
                                        mat_apply(&m->R[0], f.angular), m->p[0]};
     }
     for (uint32_t j = 0; j < d->joint_count; j++) {
-        const struct element *e = &o->element[o->member[d->joints[j].parent].element];
-        for (uint32_t k = e->first; o->shape[j] && k < e->first + e->n; k++, c++) {
+        const struct element *e = &o->element[d->joints[j].parent];
+        for (uint32_t k = e->first; k < e->first + e->n; k++, c++) {
             quad *unit = allocated(o->n, sizeof *unit);
             unit[k] = 1;
             const motion handle = handle_motion(o, j, unit, o->zero);
@@ -438,64 +366,67 @@ static void make_columns(oracle_modes *o)
 
 /* ---- forces ---- */
 
-/* An element in motion: constants and coordinates, and first derivatives. */
+/* A link in motion, axes of the link: values and first derivatives */
 struct moving {
-    vec3 u[2], w[2], h[2], P[2], L[2]; /* twist, first moment, momenta; axes of the link */
-    mat3 I[2];
-    quad rate[2][MODES]; /* of the modes */
+    vec3 w[2], c[2], u[2]; /* angular velocity; centre of mass, and its velocity */
+    vec3 L[2];             /* angular momentum about it */
+    quad rate[2][MODES];   /* of the modes */
 };
 
-static struct moving moving_of(const oracle_modes *o, const struct element *e, const quad *v,
-                               const quad *a)
+static struct moving moving_of(const oracle_modes *o, uint32_t link, const quad *v, const quad *a)
 {
-    struct moving m = {.h = {e->h}, .I = {e->I}};
-    twist_of(&o->pose[e->link], m.u, m.w);
+    const struct element *e = &o->element[link];
+    struct moving m = {.c = {e->c}};
+    twist_of(&o->pose[link], m.u, m.w);
     for (uint32_t k = 0; k < e->n; k++) {
         const uint32_t f = e->first + k;
         m.rate[0][k] = v[f];
         m.rate[1][k] = a[f];
-        for (int i = 0; i < 2; i++) {
-            vec_add_scaled(&m.h[i], i ? v[f] : o->eta[f], e->dh[k]);
-            mat_add_scaled(&m.I[i], i ? v[f] : o->eta[f], &e->dI[k]);
-        }
+        vec_add_scaled(&m.c[0], o->eta[f] / e->mass, e->l[k]);
+        vec_add_scaled(&m.c[1], v[f] / e->mass, e->l[k]);
     }
-    for (int i = 0; i < 2; i++) { /* dT/du, dT/dw */
-        m.P[i] = vec_scale(e->mass, m.u[i]);
-        for (int j = 0; j <= i; j++) {
-            m.P[i] = vec_add(m.P[i], vec_cross(m.w[j], m.h[i - j]));
-            m.L[i] = vec_add(m.L[i], mat_apply(&m.I[j], m.w[i - j]));
-            m.L[i] = vec_add(m.L[i], vec_cross(m.h[j], m.u[i - j]));
-        }
+    for (int i = 0; i < 2; i++) {
+        for (int j = 0; j <= i; j++)
+            m.u[i] = vec_add(m.u[i], vec_cross(m.w[j], m.c[i - j]));
+        m.L[i] = mat_apply(&e->I, m.w[i]);
         for (uint32_t k = 0; k < e->n; k++) {
-            vec_add_scaled(&m.P[i], m.rate[i][k], e->l[k]);
-            vec_add_scaled(&m.L[i], m.rate[i][k], e->a[k]);
+            vec_add_scaled(&m.u[i], m.rate[i][k] / e->mass, e->l[k]);
+            vec_add_scaled(&m.L[i], m.rate[i][k], e->s[k]);
         }
     }
     return m;
 }
 
-/* Rate of change of the element's momenta in the world, less its weight */
-static struct force force_of(const oracle_modes *o, const struct element *e, const struct moving *m,
+/* Derivative of R x, whose coefficients are x[2] in axes of the link */
+static vec3 rate_in_world(const motion *at, const vec3 x[2])
+{
+    return vec_add(mat_apply(&at->R[0], x[1]), mat_apply(&at->R[1], x[0]));
+}
+
+static vec3 centre_of(const motion *at, const struct moving *m)
+{
+    return vec_add(at->p[0], mat_apply(&at->R[0], m->c[0]));
+}
+
+/* Rate of change of the link's momenta in the world, less its weight */
+static struct force force_of(const oracle_modes *o, uint32_t link, const struct moving *m,
                              vec3 gravity)
 {
-    const motion *x = &o->pose[e->link];
-    const vec3 P = mat_apply(&x->R[0], m->P[0]);
-    const vec3 dP = vec_add(mat_apply(&x->R[0], m->P[1]), mat_apply(&x->R[1], m->P[0]));
-    const vec3 dL = vec_add(mat_apply(&x->R[0], m->L[1]), mat_apply(&x->R[1], m->L[0]));
-    const vec3 turning = vec_add(vec_cross(x->p[1], P), vec_cross(x->p[0], dP));
-    const vec3 moment = vec_add(vec_scale(e->mass, x->p[0]), mat_apply(&x->R[0], m->h[0]));
-    return (struct force){vec_sub(dP, vec_scale(e->mass, gravity)),
-                          vec_sub(vec_add(dL, turning), vec_cross(moment, gravity))};
+    const motion *at = &o->pose[link];
+    const vec3 weightless = vec_sub(rate_in_world(at, m->u), gravity);
+    const vec3 force = vec_scale(o->element[link].mass, weightless);
+    return (struct force){force,
+                          vec_add(rate_in_world(at, m->L), vec_cross(centre_of(at, m), force))};
 }
 
 /* d/dt dT/d rate - dT/d eta + dV/d eta of mode k; springs and dampers if loaded */
-static quad mode_force(const oracle_modes *o, const struct element *e, uint32_t k,
-                       const struct moving *m, vec3 gravity, int loaded)
+static quad mode_force(const oracle_modes *o, uint32_t link, uint32_t k, const struct moving *m,
+                       vec3 gravity, int loaded)
 {
-    const vec3 weight = mat_apply_transposed(&o->pose[e->link].R[0], gravity);
-    quad sum = vec_dot(e->l[k], m->u[1]) + vec_dot(e->a[k], m->w[1]);
-    sum -= vec_dot(m->u[0], vec_cross(m->w[0], e->dh[k])) + vec_dot(weight, e->dh[k]);
-    sum -= vec_dot(m->w[0], mat_apply(&e->dI[k], m->w[0])) / 2;
+    const struct element *e = &o->element[link];
+    const vec3 weight = mat_apply_transposed(&o->pose[link].R[0], gravity);
+    quad sum = vec_dot(e->l[k], vec_sub(m->u[1], weight)) + vec_dot(e->s[k], m->w[1]);
+    sum -= vec_dot(m->u[0], vec_cross(m->w[0], e->l[k]));
     for (uint32_t j = 0; j < e->n; j++) {
         sum += e->M[k * MODES + j] * m->rate[1][j];
         if (loaded)
@@ -528,14 +459,12 @@ static void inverse(oracle_modes *o, const quad *v, const quad *a, int loaded, q
     const tfa_request *r = o->request;
     const vec3 gravity = loaded ? o->o->gravity : (vec3){{0, 0, 0}};
     move(o, v, a);
-    memset(o->F, 0, o->links * sizeof *o->F);
     memset(f, 0, o->n * sizeof *f);
-    for (uint32_t k = 0; k < o->elements; k++) {
-        const struct element *e = &o->element[k];
-        const struct moving m = moving_of(o, e, v, a);
-        o->F[e->link] = force_of(o, e, &m, gravity);
-        for (uint32_t i = 0; i < e->n; i++)
-            f[e->first + i] += mode_force(o, e, i, &m, gravity, loaded);
+    for (uint32_t k = 0; k < o->links; k++) {
+        const struct moving m = moving_of(o, k, v, a);
+        o->F[k] = force_of(o, k, &m, gravity);
+        for (uint32_t i = 0; i < o->element[k].n; i++)
+            f[o->element[k].first + i] = mode_force(o, k, i, &m, gravity, loaded);
     }
     for (uint32_t w = 0; loaded && w < r->wrench_count; w++)
         subtract_wrench(o, r->wrench_frames[w],
@@ -694,21 +623,21 @@ oracle_modes_sums oracle_modes_sums_of(const oracle_modes *o)
 {
     oracle_modes_sums s = {0};
     vec3 moment = {{0, 0, 0}};
-    for (uint32_t k = 0; k < o->elements; k++) {
+    for (uint32_t k = 0; k < o->links; k++) {
         const struct element *e = &o->element[k];
-        const motion *x = &o->pose[e->link];
-        const struct moving m = moving_of(o, e, o->v, o->zero);
-        if (!oracle_moves(o->o, e->link))
+        const motion *at = &o->pose[k];
+        const struct moving m = moving_of(o, k, o->v, o->zero);
+        if (!oracle_moves(o->o, k))
             continue;
-        const vec3 P = mat_apply(&x->R[0], m.P[0]), L = mat_apply(&x->R[0], m.L[0]);
+        const vec3 P = mat_apply(&at->R[0], vec_scale(e->mass, m.u[0])), c = centre_of(at, &m);
         s.mass += e->mass;
-        s.kinetic += (vec_dot(m.P[0], m.u[0]) + vec_dot(m.L[0], m.w[0])) / 2;
+        s.kinetic += e->mass * vec_dot(m.u[0], m.u[0]) / 2;
+        s.kinetic += vec_dot(mat_apply(&e->I, m.w[0]), m.w[0]) / 2;
         s.momentum = vec_add(s.momentum, P);
-        s.angular = vec_add(s.angular, vec_add(L, vec_cross(x->p[0], P)));
-        moment = vec_add(moment, vec_scale(e->mass, x->p[0]));
-        moment = vec_add(moment, mat_apply(&x->R[0], m.h[0]));
+        s.angular = vec_add(s.angular, vec_add(mat_apply(&at->R[0], m.L[0]), vec_cross(c, P)));
+        vec_add_scaled(&moment, e->mass, c);
         for (uint32_t i = 0; i < e->n; i++) {
-            s.kinetic += m.rate[0][i] * (vec_dot(e->l[i], m.u[0]) + vec_dot(e->a[i], m.w[0])) / 2;
+            s.kinetic += m.rate[0][i] * vec_dot(e->s[i], m.w[0]);
             for (uint32_t j = 0; j < e->n; j++) {
                 s.kinetic += m.rate[0][i] * e->M[i * MODES + j] * m.rate[0][j] / 2;
                 s.potential += o->eta[e->first + i] * e->modes->stiffness[i * e->n + j] *

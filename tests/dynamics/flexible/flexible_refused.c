@@ -77,11 +77,6 @@ static void joint_without_shape(hand *h)
 {
     h->modes[0].shape_count = 1;
 }
-static void two_shapes_of_a_joint(hand *h)
-{
-    h->shape[2] = h->shape[0];
-    h->modes[0].shape_count = 3;
-}
 static void no_modes(hand *h)
 {
     h->modes[0].mode_count = 0;
@@ -162,7 +157,6 @@ static const struct {
     {"unknown joint", unknown_joint, TFA_E_MODEL, "nowhere"},
     {"joint of another link", joint_of_another_link, TFA_E_MODEL, "j2"},
     {"joint without shape", joint_without_shape, TFA_E_MODEL, "j3"},
-    {"two shapes of a joint", two_shapes_of_a_joint, TFA_E_MODEL, "j1"},
     {"no modes", no_modes, TFA_E_MODEL, "l1"},
     {"too many modes", too_many_modes, TFA_E_MODEL, "l1"},
     {"a link twice", twice, TFA_E_MODEL, "l1"},

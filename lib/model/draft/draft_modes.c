@@ -219,6 +219,10 @@ static int check_shapes(const struct draft *d, tfa_report *report)
             uint32_t handle = 0;
             while (handle < d->handles && !is_handle(d, &d->handle[handle], i, name))
                 handle++;
+            for (size_t j = 0; name && j < k; j++)
+                if (x->modes->shapes[j].joint && strcmp(x->modes->shapes[j].joint, name) == 0)
+                    return REFUSE("it has two shapes at joint '%s'; remove one", x->modes->link,
+                                  name);
             if (handle == d->handles)
                 return REFUSE("it has a shape at joint '%s', which is no child of "
                               "it in the scene; correct the name or remove it",

@@ -45,8 +45,8 @@ report_fault(reader *r, const yaml_mark_t *mark, const char *path, const char *f
     for (char *at = text; *at; at++) /* of values and names; a message is one line */
         if ((unsigned char)*at < ' ' || *at == 0x7f)
             *at = '?';
-    tfa_report_add(r->report, TFA_ERROR, (uint32_t)mark->line + 1, "modes",
-                   "column %zu: %s%s%s", mark->column + 1, path, *path ? ": " : "", text);
+    tfa_report_add(r->report, TFA_ERROR, (uint32_t)mark->line + 1, "modes", "column %zu: %s%s%s",
+                   mark->column + 1, path, *path ? ": " : "", text);
 }
 
 #define FAULT(r, node, path, ...) report_fault(r, &(node)->start_mark, path, __VA_ARGS__)

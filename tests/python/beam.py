@@ -104,8 +104,8 @@ def frequencies(n, **options):
             f'xyz="{found[1]}"/><mass value="1"/>{found[2]}</inertial></link></robot>')
     model = tf.Model.parse(urdf, modes=text.encode(), gravity=[0, 0, 0], **options)
     workspace = tf.Workspace(model)
-    rows = [workspace.forward_dynamics([0], [0], [0], modes=1e-3 * e).modes for e in np.eye(n)]
-    return np.sort(np.abs(np.linalg.eigvals(1e3 * np.array(rows))))**0.25
+    rows = [workspace.forward_dynamics([0], [0], [0], modes=1e-6 * e).modes for e in np.eye(n)]
+    return np.sort(np.abs(np.linalg.eigvals(1e6 * np.array(rows))))**0.25
 
 
 class Models(unittest.TestCase):

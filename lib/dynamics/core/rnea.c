@@ -8,7 +8,7 @@
 #include "layout/parent_transfer.h"
 
 /* tau_i = H_i^T f_i + R_i qdd_i,  f_parent += X_i^T f_i */
-static inline void inward(struct state *s, uint32_t i, const num *qdd, num *tau, int modes)
+TFA_INLINE void inward(struct state *s, uint32_t i, const num *qdd, num *tau, int modes)
 {
     add_total_forces_of_children(s, i);
     euler_joint(s, i, qdd, tau);
@@ -20,12 +20,12 @@ static inline void inward(struct state *s, uint32_t i, const num *qdd, num *tau,
     add_total_force_to_parent(s, i, up);
 }
 
-void TFA_V(rnea)(struct state *s, const num *qdd, num *tau, int bias)
+/* `modes`, a constant: some bodies are flexible (modes.h)
+ *   a_i = X_i a_parent + H_i qdd_i + c_i,  f_i = I_i a_i + p_i */
+TFA_INLINE void passes(struct state *s, const num *qdd, num *tau, int bias, int modes)
 {
-    const int products = bias && s->moving, modes = HAS_MODES(s);
+    const int products = bias && s->moving;
     const svec ground = {v3_zero(), bias ? v3_neg(s->gravity) : v3_zero()};
-
-    /* a_i = X_i a_parent + H_i qdd_i + c_i,  f_i = I_i a_i + p_i */
     for (uint32_t i = 0; i < s->bodies; i++) {
         svec a = parent_motion(body_constants_of(s, i), s->a, ground);
         if (modes)
@@ -39,4 +39,12 @@ void TFA_V(rnea)(struct state *s, const num *qdd, num *tau, int bias)
     }
     for (uint32_t i = s->bodies; i-- > 0;)
         inward(s, i, qdd, tau, modes);
+}
+
+void TFA_V(rnea)(struct state *s, const num *qdd, num *tau, int bias)
+{
+    if (HAS_MODES(s))
+        passes(s, qdd, tau, bias, 1);
+    else
+        passes(s, qdd, tau, bias, 0);
 }

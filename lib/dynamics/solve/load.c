@@ -64,7 +64,8 @@ static void load_pose(struct state *s, const tfa_request *r)
     for (uint32_t k = 0; k < count; k++)
         same &= load_coordinates(s, r, wanted[k]);
     same &= load_base(s, r);
-    same &= TFA_V(load_modes)(s, r);
+    if (HAS_MODES(s))
+        same &= TFA_V(load_modes)(s, r);
     if (same && covers(s, wanted, count))
         return;
     s->have = 0;
@@ -196,7 +197,8 @@ static void load_motion(struct state *s, const tfa_request *r)
     if (reads_wrenches(r))
         TFA_V(load_wrenches)(s, r);
     s->moving = TFA_V(load_freedoms)(s, s->qd, r->base_twist, r->v);
-    s->moving |= TFA_V(load_mode_velocities)(s, r);
+    if (HAS_MODES(s))
+        s->moving |= TFA_V(load_mode_velocities)(s, r);
     load_damping(s);
     TFA_V(leave_boost)(s);
     s->moving |= s->wrenched && reads_wrenches(r);

@@ -13,8 +13,20 @@
 #define STATES 2 /* at most */
 #define WRENCHES 3
 
-enum { F64, REFINED, F128, MIXED, COLUMNS };
-static const char *const column_names[COLUMNS] = {"", ", refined", ", f128", ", residual f128"};
+enum { F64, REFINED, F128, MIXED, F32, F32_F64, COLUMNS };
+static const struct {
+    const char *name;
+    tfa_precision factors;
+    tfa_residual residual;
+    uint32_t refine;
+} columns[COLUMNS] = {
+    {"", TFA_F64, TFA_RESIDUAL_SAME, 0},
+    {", refined", TFA_F64, TFA_RESIDUAL_SAME, 1},
+    {", f128", TFA_F128, TFA_RESIDUAL_SAME, 0},
+    {", residual f128", TFA_F64, TFA_RESIDUAL_F128, TFA_REFINE_DEFAULT},
+    {", f32", TFA_F32, TFA_RESIDUAL_SAME, 0},
+    {", f32, residual f64", TFA_F32, TFA_RESIDUAL_F64, TFA_REFINE_DEFAULT},
+};
 
 /* One method, and what it may lose in each column; 0: not asked */
 struct way {
@@ -23,7 +35,7 @@ struct way {
 };
 
 static struct way forward_ways[] = {
-    {TFA_METHOD_ABA, {2e-12, 5e-14, 1e-14, 1e-14}, {0}},
+    {TFA_METHOD_ABA, {2e-12, 5e-14, 1e-14, 1e-14, 7e-4, 5e-14}, {0}},
     {TFA_METHOD_SCAN, {2e-12, 5e-14, 1e-14, 1e-14}, {0}},
     {TFA_METHOD_SCAN_TWO_PASS, {2e-12, 5e-14, 1e-14, 1e-14}, {0}},
     {TFA_METHOD_DCA, {1e-10, 5e-14, 1e-14, 1e-14}, {0}},
@@ -45,7 +57,7 @@ static void print_worst(const struct way *ways, size_t count)
         for (int c = 0; c < COLUMNS; c++)
             if (way->bound[c] > 0)
                 print_message("  %s%s: worst %.2g, bound %g\n", tfa_method_name(way->method),
-                              column_names[c], way->worst[c], way->bound[c]);
+                              columns[c].name, way->worst[c], way->bound[c]);
 }
 
 /* The oracle: M is symmetric, T = v^T M v / 2, and twists of all links are J v. */
@@ -89,8 +101,9 @@ EVERY_FLEXIBLE_ROBOT(oracle_is_consistent, oracle_itself)
 static void by_every_way(const flexible_robot *f, tfa_request r, struct way *ways, size_t count,
                          const double *want, size_t size)
 {
-    tfa_workspace *mixed = fixture_mixed(f->robot.model, TFA_F64, TFA_RESIDUAL_F128);
-    tfa_workspace *const w[COLUMNS] = {f->robot.f64, f->robot.f64, f->robot.f128, mixed};
+    tfa_workspace *w[COLUMNS];
+    for (int c = 0; c < COLUMNS; c++)
+        w[c] = fixture_mixed(f->robot.model, columns[c].factors, columns[c].residual);
     double *got = calloc(size, sizeof *got);
     tfa_reply reply = {.lambda_inv = got};
     for (struct way *way = ways; way < ways + count; way++)
@@ -100,9 +113,9 @@ static void by_every_way(const flexible_robot *f, tfa_request r, struct way *way
             if (way->bound[c] == 0 || fixture_refuses(&f->robot, way->method))
                 continue;
             snprintf(what, sizeof what, "%s%s, %u tips", tfa_method_name(way->method),
-                     column_names[c], (unsigned)r.tip_count);
+                     columns[c].name, (unsigned)r.tip_count);
             r.method = way->method;
-            r.refine = c == REFINED ? 1 : c == MIXED ? TFA_REFINE_DEFAULT : 0;
+            r.refine = columns[c].refine;
             reply.answers = &answer;
             if (r.op == TFA_OP_FORWARD_DYNAMICS)
                 flexible_forward(f, w[c], &r, got, &answer);
@@ -110,11 +123,12 @@ static void by_every_way(const flexible_robot *f, tfa_request r, struct way *way
                 compute_ok(&f->robot, w[c], &r, &reply);
             assert_within(&f->robot, what, relative_error(got, want, size), way->bound[c],
                           &way->worst[c]);
-            if (r.op == TFA_OP_FORWARD_DYNAMICS && way->method != TFA_METHOD_AUTO && c != MIXED)
+            if (r.op == TFA_OP_FORWARD_DYNAMICS && way->method != TFA_METHOD_AUTO && c <= F128)
                 assert_int_equal(answer.method, way->method);
         }
     free(got);
-    tfa_workspace_free(mixed);
+    for (int c = 0; c < COLUMNS; c++)
+        tfa_workspace_free(w[c]);
 }
 
 /* State k of a request, as a request of one state */

@@ -264,11 +264,6 @@ uint32_t oracle_modes_freedoms(const oracle_modes *o)
     return o->n;
 }
 
-uint32_t oracle_modes_count(const oracle_modes *o)
-{
-    return o->n - o->joints;
-}
-
 /* ---- motion ---- */
 
 /* Freedom of a joint, in the child's axes at its origin */
@@ -519,11 +514,6 @@ void oracle_modes_set_state(oracle_modes *o, const tfa_request *r, uint32_t stat
 const quad *oracle_modes_mass_matrix(const oracle_modes *o)
 {
     return o->M;
-}
-
-const quad *oracle_modes_bias(const oracle_modes *o)
-{
-    return o->h;
 }
 
 void oracle_modes_forward(const oracle_modes *o, const double *tau, const double *base_wrench,

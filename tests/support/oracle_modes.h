@@ -21,9 +21,8 @@ typedef struct oracle_modes oracle_modes;
 oracle_modes *oracle_modes_create(const tfa_description *description, tfa_base base,
                                   const tfa_link_modes *modes, size_t count);
 void oracle_modes_free(oracle_modes *o);
-/** Freedoms, those of base and modes included, and modes alone */
+/** Freedoms, those of base and modes included */
 uint32_t oracle_modes_freedoms(const oracle_modes *o);
-uint32_t oracle_modes_count(const oracle_modes *o);
 
 /** Takes state `state` of the request (as oracle_set_state; modes and their rates, too) and builds
  *  M, its factors, and h. */
@@ -31,10 +30,10 @@ void oracle_modes_set_state(oracle_modes *o, const tfa_request *request, uint32_
 
 /* The answers below are for the state set last. */
 
-/** M, n x n, and h: M x + h = tau; h has gravity, velocities, wrenches, stiffness and damping. */
+/** M, n x n */
 const quad *oracle_modes_mass_matrix(const oracle_modes *o);
-const quad *oracle_modes_bias(const oracle_modes *o);
-/** x = M^-1 (tau - h), n numbers, base first; forces of modes are zero. NULL: zero. */
+/** x = M^-1 (tau - h), n numbers, base first; forces of modes are zero. NULL: zero. h: gravity,
+ *  velocities, wrenches, stiffness and damping. */
 void oracle_modes_forward(const oracle_modes *o, const double *tau, const double *base_wrench,
                           double *x);
 

@@ -210,7 +210,7 @@ static void read_mode(reader *r, const yaml_node_t *node, const char *link_path,
     const yaml_node_t *values[MODE_KEYS] = {NULL};
     double *const matrices[MODE_KEYS] = {
         [KEY_MASS] = a->mass, [KEY_STIFFNESS] = a->stiffness, [KEY_DAMPING] = a->damping};
-    char path[PATH], key_path[PATH + 16];
+    char path[PATH + 24], key_path[PATH + 40];
     snprintf(path, sizeof path, "%s[%zu]", link_path, k);
     a->limit[k] = INFINITY;
     read_keys(r, node, path, mode_keys, MODE_KEYS, form, values);

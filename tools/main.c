@@ -37,6 +37,7 @@
 
 /* The same of programs totalforce-NAME, which tools/python has. */
 #define EXTERNAL_LIST(X)                                                                           \
+    X(beam, "        ", "modes of a beam, for a flexible link")                                    \
     X(chart, "       ", "chart accuracy against speed")                                            \
     X(atlas, "       ", "map failures of methods, and the answers of the service there")           \
     X(drift, "       ", "energy of a freely swinging robot over simulated time")                   \

@@ -19,7 +19,7 @@ typedef struct client_names {
     struct client_names *older;
     char hash[65];
     size_t bytes;
-    uint32_t *types;
+    uint32_t *types;       /* of joints; then the frames of modes */
     char *text;            /* joint names, then frame names */
     const char *strings[]; /* pointers into text */
 } client_names;

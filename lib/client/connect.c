@@ -250,7 +250,7 @@ static int read_names(const tfa_welcome *w, int fd, client_names **out)
 {
     const size_t count = (size_t)w->joint_count + w->frame_count;
     const size_t bytes = (size_t)w->names_bytes;
-    const size_t types = w->joint_count * sizeof(uint32_t);
+    const size_t types = ((size_t)w->joint_count + w->shape.modes) * sizeof(uint32_t);
     if (bytes < types + count)
         return TFA_E_PROTOCOL;
     client_names *n = malloc(sizeof *n + count * sizeof n->strings[0] + bytes);
@@ -317,6 +317,8 @@ static void fill_info(tfa_client *client, const tfa_welcome *w)
         .joint_names = n->strings,
         .joint_types = n->types,
         .frame_names = n->strings + w->joint_count,
+        .mode_count = w->shape.modes,
+        .mode_frames = n->types + w->joint_count,
         .model_hash = n->hash,
         .wait = (tfa_wait)w->wait,
         .daemon_pid = w->daemon_pid,
@@ -328,10 +330,11 @@ static void fill_info(tfa_client *client, const tfa_welcome *w)
  * request, and no more of them are granted than at first (keep_grant). */
 static bool robot_has_other_shape(const tfa_client *client, const tfa_welcome *w)
 {
-    return client->names != NULL && (client->shape.q_count != w->shape.q_count ||
-                                     client->shape.v_count != w->shape.v_count ||
-                                     client->shape.base_freedoms != w->shape.base_freedoms ||
-                                     client->shape.frames != w->shape.frames);
+    return client->names != NULL &&
+           (client->shape.q_count != w->shape.q_count ||
+            client->shape.v_count != w->shape.v_count ||
+            client->shape.base_freedoms != w->shape.base_freedoms ||
+            client->shape.frames != w->shape.frames || client->shape.modes != w->shape.modes);
 }
 
 /* A program may have sized buffers by what the first daemon granted: later ones are asked for no

@@ -108,6 +108,13 @@ static int check_frames(const struct tfa_model *m, const tfa_request *r, tfa_rep
     return TFA_OK;
 }
 
+/* 1: its body has modes, of which a payload would be a part */
+static int is_flexible(const struct tfa_model *m, uint32_t frame)
+{
+    const int32_t body = m->frame[frame].body;
+    return body >= 0 && m->body[body].flexible >= 0;
+}
+
 static int check_payloads(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
 {
     if (r->payload_count > TFA_MAX_PAYLOADS)
@@ -118,7 +125,7 @@ static int check_payloads(const struct tfa_model *m, const tfa_request *r, tfa_r
         const double *numbers = r->payloads + TFA_PAYLOAD_NUMBERS * (size_t)k;
         if (r->payload_frames[k] >= m->frames)
             return tfa_set_error(reply, TFA_E_LINK, TFA_FIELD_PAYLOADS, k, 0);
-        if (m->frame[r->payload_frames[k]].part)
+        if (m->frame[r->payload_frames[k]].part || is_flexible(m, r->payload_frames[k]))
             return tfa_set_error(reply, TFA_E_UNSUPPORTED, TFA_FIELD_PAYLOADS, k, 0);
         for (uint32_t e = 0; e < TFA_PAYLOAD_NUMBERS; e++)
             if (!isfinite(numbers[e]))
@@ -157,7 +164,7 @@ static int check_locks(const struct tfa_model *m, const tfa_request *r, tfa_repl
         return status;
     if (r->locked_count && refuses(r->method, TFA_REFUSES_LOCKED))
         return tfa_set_error(reply, TFA_E_METHOD, TFA_FIELD_LOCKED, 0, 0);
-    if (r->locked_count && (r->op == TFA_OP_MASS_MATRIX || m->massless_followers))
+    if (r->locked_count && (r->op == TFA_OP_MASS_MATRIX || m->massless_followers || m->modes))
         return tfa_set_error(reply, TFA_E_UNSUPPORTED, TFA_FIELD_LOCKED, 0, 0);
     return TFA_OK;
 }
@@ -223,6 +230,20 @@ static int check_method(const struct tfa_model *m, const tfa_request *r, const t
     return status == TFA_OK ? TFA_OK : tfa_set_error(reply, status, TFA_FIELD_METHOD, index, 0);
 }
 
+/* A robot with flexible links: what modes are part of, and what not yet */
+static int check_modes(const tfa_request *r, const tfa_method_info *row, tfa_reply *reply)
+{
+    const uint32_t served = TRAIT_FD | TRAIT_OSIM | TRAIT_KINEMATICS,
+                   refused = TFA_WANT_JOINT_FORCES | FLAGS_LAMBDA;
+    if (!(TFA_OP_BIT(r->op) & served))
+        return tfa_set_error(reply, TFA_E_UNSUPPORTED, TFA_FIELD_OP, 0, 0);
+    if (row->refuses & TFA_REFUSES_MODES)
+        return tfa_set_error(reply, TFA_E_METHOD, TFA_FIELD_METHOD, (uint32_t)r->method, 0);
+    if (r->flags & refused)
+        return tfa_set_error(reply, TFA_E_UNSUPPORTED, TFA_FIELD_FLAGS, r->flags & refused, 0);
+    return TFA_OK;
+}
+
 /* 1: the answer needs M itself */
 static int needs_mass_matrix(const struct tfa_model *m, const tfa_request *r,
                              const tfa_method_info *row)
@@ -246,7 +267,9 @@ static int check_choices(const struct tfa_model *m, const tfa_request *r, tfa_re
     if (r->refine > TFA_MAX_REFINE && r->refine != TFA_REFINE_DEFAULT)
         return tfa_set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_REFINE, 0, 0);
     const tfa_method_info *row = tfa_method_describe((uint32_t)r->method);
-    const int status = check_method(m, r, row, reply);
+    int status = check_method(m, r, row, reply);
+    if (status == TFA_OK && m->modes)
+        status = check_modes(r, row, reply);
     if (status != TFA_OK)
         return status;
     if (r->op == TFA_OP_DERIVATIVES && m->freedoms > TFA_DERIVATIVES_FREEDOMS_MAX)
@@ -294,6 +317,8 @@ static int set_array_error(const struct tfa_model *m, const tfa_request *r, tfa_
         {reads_wrenches(r) && r->wrench_count, TFA_FIELD_WRENCHES, r->wrenches,
          (size_t)6 * r->wrench_count, n},
         {reads_gravity(r), TFA_FIELD_GRAVITY, r->gravity, 3, 1},
+        {1, TFA_FIELD_MODES, r->modes, m->modes, n},
+        {v, TFA_FIELD_MODE_VELOCITIES, r->mode_velocities, m->modes, n},
     };
     int status = TFA_OK;
     for (size_t k = 0; status == TFA_OK && k < sizeof arrays / sizeof *arrays; k++)
@@ -333,6 +358,13 @@ static double nonfinite_motion(const struct tfa_model *m, const tfa_request *r)
     return sum;
 }
 
+static double nonfinite_modes(const struct tfa_model *m, const tfa_request *r)
+{
+    const size_t n = (size_t)m->modes * r->count;
+    return nonfinite_sum(r->modes, n) +
+           (reads_velocity(r) ? nonfinite_sum(r->mode_velocities, n) : 0);
+}
+
 static int check_arrays(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
 {
     if (!r->q && m->q_count)
@@ -342,6 +374,8 @@ static int check_arrays(const struct tfa_model *m, const tfa_request *r, tfa_rep
     double sum = nonfinite_sum(r->q, (size_t)m->q_count * r->count) + nonfinite_motion(m, r);
     if (m->base_freedoms)
         sum += nonfinite_base(r);
+    if (m->modes)
+        sum += nonfinite_modes(m, r);
     return sum == 0 ? TFA_OK : set_array_error(m, r, reply);
 }
 

@@ -70,5 +70,6 @@ void tfa_void_failed_state(const tfa_workspace *w, const struct call *c, uint32_
     if (c->traits & TRAIT_FD && status == TFA_E_SINGULAR) {
         fill(reply->qdd, w->model->v_count, k);
         fill(w->model->base_freedoms ? reply->base_acceleration : NULL, 6, k);
+        fill(reply->modes, w->model->modes, k);
     }
 }

@@ -48,6 +48,8 @@ const char *tfa_refusal_text(unsigned refusal)
         return "mimic joints that move no mass of their own";
     case TFA_REFUSES_TIPS:
         return "tips";
+    case TFA_REFUSES_MODES:
+        return "flexible links";
     default:
         return "";
     }
@@ -123,6 +125,8 @@ const char *tfa_field_name(tfa_field field)
         [TFA_FIELD_CHARACTERISTIC_LENGTH] = "characteristic_length",
         [TFA_FIELD_TASK_ACCELERATION] = "acceleration",
         [TFA_FIELD_FLAGS] = "want",
+        [TFA_FIELD_MODES] = "modes",
+        [TFA_FIELD_MODE_VELOCITIES] = "mode_velocities",
         [TFA_FIELD_BODY] = "body",
     };
     if ((unsigned)field >= sizeof names / sizeof *names)

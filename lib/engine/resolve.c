@@ -45,7 +45,8 @@ static tfa_method osim_method(const tfa_workspace *w, const tfa_request *r, uint
     if (is_projected(w, r))
         return TFA_METHOD_CRBA;
     const int refined = traits & TRAIT_OSIM && traits & TRAIT_REFINE; /* by columns */
-    const int composed = traits & TRAIT_SEVERAL_TIPS && !refined && !w->model->mimics;
+    const int composed =
+        traits & TRAIT_SEVERAL_TIPS && !refined && !w->model->mimics && !w->model->modes;
     return composed ? TFA_METHOD_PV_OSIMR : TFA_METHOD_PROPAGATION;
 }
 

@@ -65,6 +65,9 @@ static uint32_t reserved_methods(const tfa_model *model, uint32_t wanted)
     uint32_t methods = wanted | METHODS_ALWAYS;
     if (!wanted && model->bodies <= TFA_RESERVE_ALL_BODIES_MAX)
         methods = TFA_METHODS_ALL;
+    for (uint32_t k = 0; model->modes && tfa_method_describe(k); k++)
+        if (tfa_method_describe(k)->refuses & TFA_REFUSES_MODES)
+            methods &= ~TFA_METHOD_BIT(k);
     if (model->mimics)
         methods |= TFA_METHOD_BIT(TFA_METHOD_CRBA);
     if (model->mass_entries > TFA_MASS_ENTRIES_MAX)
@@ -131,6 +134,8 @@ static int choose_kernels(const tfa_model *model, const tfa_workspace_options *o
     if (o->precision == TFA_F32 && out->residual_kernel)
         out->kernel = out->residual_kernel;
     choose_batch(model, backend, o, out);
+    if (model->modes)
+        return 1; /* the others are for rigid links */
     if (o->precision == TFA_F64 && !out->residual_kernel)
         choose_doubles(model, backend, out);
     out->specialised = choose_specialised(o, out->residual_kernel != NULL);

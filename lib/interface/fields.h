@@ -36,12 +36,14 @@ enum tfa_extent {
     EXTENT_PAYLOADS = -11,
     EXTENT_LOCKED = -12,
     EXTENT_COUNT = -13, /**< states */
+    EXTENT_MODES = -14, /**< of flexible links */
 };
 
 /** Lengths of one robot and one request */
 typedef struct tfa_extents {
     size_t q, v, base, links; /**< base: its freedoms */
     size_t count, tips, rows, wrenches, payloads, locked;
+    size_t modes;
 } tfa_extents;
 
 /** Arrays of a request in the order of the wire: X(NAME, member of tfa_request, axes), with three
@@ -61,7 +63,9 @@ typedef struct tfa_extents {
     X(RANK_THRESHOLD, rank_threshold, NONE, NONE, NONE)                                            \
     X(CHARACTERISTIC_LENGTH, characteristic_length, NONE, NONE, NONE)                              \
     X(PAYLOADS, payloads, NONE, PAYLOADS, PAYLOAD)                                                 \
-    X(LOCKED, locked, NONE, NONE, LOCKED)
+    X(LOCKED, locked, NONE, NONE, LOCKED)                                                          \
+    X(MODES, modes, COUNT, NONE, MODES)                                                            \
+    X(MODE_VELOCITIES, mode_velocities, COUNT, NONE, MODES)
 
 /** Without what an output is not there, though its op or flag asks for it */
 enum tfa_needs {
@@ -120,7 +124,8 @@ enum tfa_needs {
     X(DQDD_DQ, dqdd_dq, FREEDOMS, FREEDOMS, TFA_OPS_DERIVATIVES, 0, NOTHING)                       \
     X(DQDD_DV, dqdd_dv, FREEDOMS, FREEDOMS, TFA_OPS_DERIVATIVES, 0, NOTHING)                       \
     X(DQDD_DTAU, dqdd_dtau, FREEDOMS, FREEDOMS, TFA_OPS_DERIVATIVES, 0, NOTHING)                   \
-    X(JOINT_FORCES, joint_forces, LINKS, 6, 0, TFA_WANT_JOINT_FORCES, MOTION)
+    X(JOINT_FORCES, joint_forces, LINKS, 6, 0, TFA_WANT_JOINT_FORCES, MOTION)                      \
+    X(OUT_MODES, modes, NONE, MODES, TFA_OPS_FD, 0, NOTHING)
 
 /** How JSON prints an output */
 enum tfa_layout {
@@ -141,6 +146,7 @@ enum tfa_layout {
     X(OUT_QDD, qdd, "qdd", VECTOR, "accelerations, rad/s^2 or m/s^2: time derivatives of v")       \
     X(OUT_BASE_ACCELERATION, base_acceleration, "base_acceleration", VECTOR,                       \
       "time derivatives of the components of base_twist, m/s^2 and rad/s^2")                       \
+    X(OUT_MODES, modes, "modes", VECTOR, "accelerations of the modal coordinates, 1/s^2")          \
     X(OUT_TAU, tau, "tau", VECTOR, "joint forces, N m or N")                                       \
     X(OUT_BASE_WRENCH, base_wrench, "base_wrench", VECTOR,                                         \
       "wrench on the root link in its frame, N and N m")                                           \
@@ -188,7 +194,7 @@ enum tfa_layout {
 
 /** Keys of a request in JSON and Python (`poses`: JSON only): X(key, ops that use it, flags that
  *  let every op use it). Of names as near to a wrong one the first is named first. The state
- *  (q, v, base, gravity) may be given with every op, used or not, so that a program can ask
+ *  (q, v, base, modes, gravity) may be given with every op, used or not, so that a program can ask
  *  different questions about one state. */
 #define TFA_KEY_LIST(X)                                                                            \
     X(q, TFA_OPS_ALL, 0)                                                                           \
@@ -201,6 +207,8 @@ enum tfa_layout {
     X(base_wrench, TFA_OPS_FORWARD, 0)                                                             \
     X(qdd, TFA_OPS_ID | TFA_OPS_BIAS, 0)                                                           \
     X(base_acceleration, TFA_OPS_ID | TFA_OPS_BIAS, 0)                                             \
+    X(modes, TFA_OPS_ALL, 0)                                                                       \
+    X(mode_velocities, TFA_OPS_ALL, 0)                                                             \
     X(wrench, TFA_OPS_FORCES, TFA_WANT_MU)                                                         \
     X(tips, TFA_OPS_SOLVE, TFA_WANT_OF_TIPS)                                                       \
     X(rows, TFA_OPS_SOLVE, TFA_WANT_OF_TIPS)                                                       \
@@ -278,9 +286,9 @@ static inline void tfa_output_set_buffer(const tfa_output *output, tfa_reply *re
     memcpy((unsigned char *)reply + output->member, &buffer, sizeof buffer);
 }
 
-/** 1: JSON and Python print this output. An array without joints is printed, one of a fixed base or
- *  of no tips is not. */
-static inline int tfa_is_printed(const tfa_output *output, uint32_t base_freedoms,
+/** 1: JSON and Python print this output. An array without joints is printed, one of a fixed base,
+ *  of no modes or of no tips is not. */
+static inline int tfa_is_printed(const tfa_output *output, uint32_t base_freedoms, uint32_t modes,
                                  const tfa_request *r)
 {
     if (!(r->flags & output->flags) && !(TFA_OP_BIT(r->op) & output->ops))
@@ -289,12 +297,14 @@ static inline int tfa_is_printed(const tfa_output *output, uint32_t base_freedom
         return r->qdd || r->base_acceleration;
     if (output->columns == EXTENT_BASE)
         return base_freedoms != 0;
+    if (output->columns == EXTENT_MODES)
+        return modes != 0;
     return (output->columns != EXTENT_ROWS && output->columns != EXTENT_LOST) || r->tip_count;
 }
 
 /** Lengths of a request to a robot */
 static inline tfa_extents tfa_extents_of(uint32_t q, uint32_t v, uint32_t base, uint32_t links,
-                                         const tfa_request *r)
+                                         uint32_t modes, const tfa_request *r)
 {
     return (tfa_extents){.q = q,
                          .v = v,
@@ -305,7 +315,8 @@ static inline tfa_extents tfa_extents_of(uint32_t q, uint32_t v, uint32_t base, 
                          .rows = rows_of(r) * (size_t)r->tip_count,
                          .wrenches = r->wrench_count,
                          .payloads = r->payload_count,
-                         .locked = r->locked_count};
+                         .locked = r->locked_count,
+                         .modes = modes};
 }
 
 /** Length of an axis; 1 of one that is not there. */
@@ -340,6 +351,8 @@ static inline size_t tfa_extent(int extent, const tfa_extents *n)
         return n->locked;
     case EXTENT_COUNT:
         return n->count;
+    case EXTENT_MODES:
+        return n->modes;
     default:
         return (size_t)extent;
     }

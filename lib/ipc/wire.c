@@ -16,6 +16,8 @@
 static const uint64_t base_blocks = 0 TFA_INPUT_LIST(OF_BASE);
 #undef OF_BASE
 
+#define MODE_BLOCKS (TFA_WIRE_BIT(MODES) | TFA_WIRE_BIT(MODE_VELOCITIES))
+
 #define COUNTED_BLOCKS (TFA_WIRE_BIT(WRENCHES) | TFA_WIRE_BIT(PAYLOADS) | TFA_WIRE_BIT(LOCKED))
 
 #define ALL_BLOCKS ((UINT64_C(1) << TFA_WIRE_REQUEST_BLOCKS) - 1)
@@ -41,7 +43,7 @@ static void set_array(tfa_request *r, uint32_t block, const void *array)
 
 static uint32_t dof_check(const tfa_wire_shape *shape)
 {
-    return shape->q_count + tfa_wire_freedoms(shape);
+    return shape->q_count + tfa_wire_freedoms(shape) + shape->modes;
 }
 
 /* Each within its limit, but `count`, which is checked with the reply's shape. */
@@ -54,6 +56,7 @@ INLINE tfa_extents limited(const tfa_wire_shape *shape, tfa_extents n, uint32_t 
     n.locked = n.locked < shape->v_count ? n.locked : shape->v_count;
     n.q = shape->q_count;
     n.v = shape->v_count;
+    n.modes = shape->modes;
     return n;
 }
 
@@ -127,6 +130,8 @@ static uint64_t blocks_of_request(const tfa_wire_shape *shape, const tfa_request
 #undef ADD
     if (shape->base_freedoms == 0)
         present &= ~base_blocks;
+    if (shape->modes == 0)
+        present &= ~MODE_BLOCKS;
     return present & ~blocks_without_count(shape, r);
 }
 

@@ -29,7 +29,7 @@ typedef struct tfa_wire_request {
     uint64_t id;            /**< the client's; echoed */
     uint64_t t_sent;        /**< CLOCK_MONOTONIC ns */
     uint64_t want, present; /**< blocks */
-    uint32_t count, dof;    /**< states; q_count + v_count + base freedoms, as a check */
+    uint32_t count, dof;    /**< states; q_count + v_count + base freedoms + modes, as a check */
     uint32_t refine, flags;
     uint32_t locked_count;
     uint32_t deadline_us;    /**< after t_sent; 0: none. A request that begins later is refused */

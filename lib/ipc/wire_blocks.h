@@ -22,7 +22,7 @@
 
 /** Sizes of the robot and of the largest request: they determine the layout. */
 typedef struct tfa_wire_shape {
-    uint32_t q_count, v_count, base_freedoms, frames;
+    uint32_t q_count, v_count, base_freedoms, frames, modes;
     uint32_t max_batch, max_tips; /**< of one request */
 } tfa_wire_shape;
 
@@ -64,7 +64,8 @@ static inline size_t tfa_wire_reply_width(const tfa_wire_shape *shape, uint32_t 
                            .links = shape->frames,
                            .count = reply_shape->count,
                            .tips = reply_shape->tip_count,
-                           .rows = reply_shape->rows};
+                           .rows = reply_shape->rows,
+                           .modes = shape->modes};
     switch (block) {
 #define WIDTH(name, member, rows, columns, ...)                                                    \
     case TFA_WIRE_##name:                                                                          \
@@ -84,7 +85,7 @@ static inline size_t tfa_wire_reply_width(const tfa_wire_shape *shape, uint32_t 
 #define TFA_WIRE_EVERY_STATE                                                                       \
     (TFA_WIRE_BIT(ANSWERS) | TFA_WIRE_BIT(OUT_QDD) | TFA_WIRE_BIT(OUT_BASE_ACCELERATION) |         \
      TFA_WIRE_BIT(OUT_TAU) | TFA_WIRE_BIT(OUT_BASE_WRENCH) | TFA_WIRE_BIT(SPECTRUM) |              \
-     TFA_WIRE_BIT(POSES))
+     TFA_WIRE_BIT(POSES) | TFA_WIRE_BIT(OUT_MODES))
 
 /* Blocks that one of these ops answers or one of these flags asks for */
 static inline __attribute__((always_inline)) uint64_t tfa_wire_asked(uint32_t ops, uint32_t flags)
@@ -117,7 +118,8 @@ static inline uint64_t tfa_wire_asked_by_op(tfa_op op)
     }
 }
 
-/* Blocks of the answers to a request. Those of a floating base are among them for every robot. */
+/* Blocks of the answers to a request. Those of a floating base and of modes are among them for
+ * every robot. */
 static inline uint64_t tfa_wire_blocks_of(const tfa_request *r)
 {
     uint64_t by_op = tfa_wire_asked_by_op(r->op), by_flag = 0;
@@ -134,13 +136,16 @@ static inline uint64_t tfa_wire_blocks_of(const tfa_request *r)
     return by_op | by_flag;
 }
 
-/* Removes the blocks of a floating base for other robots. */
+/* Removes the blocks of a floating base and of modes for other robots. */
 static inline uint64_t tfa_wire_of_robot(const tfa_wire_shape *shape, uint64_t want)
 {
-#define OF_BASE(name, member, rows, columns, ...)                                                  \
-    | (EXTENT_##columns == EXTENT_BASE ? TFA_WIRE_BIT(name) : 0)
-    return shape->base_freedoms == 0 ? want & ~(0 TFA_OUTPUT_LIST(OF_BASE)) : want;
-#undef OF_BASE
+#define ABSENT(name, member, rows, columns, ...)                                                   \
+    | ((EXTENT_##columns == EXTENT_BASE && !shape->base_freedoms) ||                               \
+               (EXTENT_##columns == EXTENT_MODES && !shape->modes)                                 \
+           ? TFA_WIRE_BIT(name)                                                                    \
+           : 0)
+    return want & ~(0 TFA_OUTPUT_LIST(ABSENT));
+#undef ABSENT
 }
 
 /* Layout of the reply to a request with every answer that it is asked for */

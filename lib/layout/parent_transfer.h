@@ -16,6 +16,7 @@
  * child stores, the others add, and the body's own inertia is added last.
  * ABA_FORCE without ABA_INERTIA uses the factors that are there: the same operations in the same
  * order, so that the answer is the same to the bit.
+ * ABA_MODES, not with ABA_FULL_SWEEP: some bodies are flexible (dynamics/core/modes.h).
  * ABA_DETACH, not with ABA_FULL_SWEEP: the contribution to the parent replaces the body's own IA
  * and pA. The parent belongs to another thread. */
 enum {
@@ -24,7 +25,8 @@ enum {
     ABA_BIAS = 4,
     ABA_FULL_SWEEP = 8,
     ABA_DETACH = 16,
-    ABA_SENTINEL = 32
+    ABA_SENTINEL = 32,
+    ABA_MODES = 64
 };
 
 #include "layout_transfer.h"

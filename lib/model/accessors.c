@@ -74,6 +74,22 @@ int32_t tfa_model_find_joint(const tfa_model *model, const char *name)
     return -1;
 }
 
+uint32_t tfa_model_mode_count(const tfa_model *model)
+{
+    return model->modes;
+}
+
+tfa_mode_info tfa_model_mode(const tfa_model *model, uint32_t mode)
+{
+    for (uint32_t k = 0; k < model->flexible_bodies; k++) {
+        const struct tfa_flexible *f = &model->flexible[k];
+        if (mode - f->first < f->n)
+            return (tfa_mode_info){model->frame[f->frame].name, mode - f->first,
+                                   f->limit[mode - f->first]};
+    }
+    return (tfa_mode_info){0};
+}
+
 uint32_t tfa_model_frame_count(const tfa_model *model)
 {
     return model->frames;

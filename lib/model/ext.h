@@ -48,6 +48,13 @@ static inline void ext_apply(ext *y, const ext *a, const ext *x, const ext *b)
         y[i] = a[3 * i] * x[0] + a[3 * i + 1] * x[1] + a[3 * i + 2] * x[2] + b[i];
 }
 
+/* c += a x b; c may not be a or b */
+static inline void ext_add_cross(ext *c, const ext *a, const ext *b)
+{
+    for (int i = 0; i < 3; i++)
+        c[i] += a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+}
+
 /* y = a^T x; y may not be x */
 static inline void ext_apply_transposed(ext *y, const ext *a, const ext *x)
 {

@@ -53,6 +53,28 @@ static void add_maps(SHA2_CTX *c, const struct tfa_model *m)
         add(c, m->damping, m->freedoms * sizeof *m->damping);
 }
 
+static void add_modes(SHA2_CTX *c, const struct tfa_model *m)
+{
+    for (uint32_t k = 0; k < m->flexible_bodies; k++) {
+        const struct tfa_flexible *f = &m->flexible[k];
+        const uint32_t small[3] = {f->body, f->frame, f->n};
+        add(c, small, sizeof small);
+        add(c, &f->mass, sizeof f->mass + sizeof f->c);
+        add(c, f->B, (6 + 3 * f->n + 1) * f->n * sizeof *f->B); /* one after the other */
+    }
+    for (uint32_t k = 0; k < m->handles; k++) {
+        const struct tfa_handle *h = &m->handle[k];
+        add(c, &h->flexible, sizeof h->flexible);
+        add(c, h->p, sizeof h->p);
+        add(c, &h->mass, sizeof h->mass + sizeof h->h + sizeof h->I);
+        add(c, h->shape, 6 * m->flexible[h->flexible].n * sizeof *h->shape);
+    }
+    for (uint32_t i = 0; m->modes && i < m->bodies; i++)
+        add(c, &m->body[i].handle, sizeof m->body[i].handle);
+    for (uint32_t k = 0; m->modes && k < m->frames; k++)
+        add(c, &m->frame[k].handle, sizeof m->frame[k].handle);
+}
+
 static void add_names(SHA2_CTX *c, const struct tfa_model *m)
 {
     for (uint32_t k = 0; k < m->frames; k++) {
@@ -79,6 +101,7 @@ static void hash_model(const struct tfa_model *m, int gravity, uint8_t hash[32])
         add(&c, m->gravity, sizeof m->gravity);
     add_bodies(&c, m);
     add_maps(&c, m);
+    add_modes(&c, m);
     add_names(&c, m);
     SHA256Final(hash, &c);
 }

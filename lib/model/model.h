@@ -72,6 +72,7 @@ struct tfa_body {
      * of Denavit and Hartenberg: see spatial/screw.h */
     uint8_t axial;
     int32_t joint_nd;                 /* index among bodies with n > 1, else -1 */
+    int32_t flexible, handle; /* own modes; handle of the parent that carries the joint; or -1 */
     uint32_t part;                    /* fused: its n parts start here in tfa_model.part */
     int32_t tree;                     /* root body of its tree */
     uint32_t depth;                   /* bodies from the root to here, this one included */
@@ -86,6 +87,7 @@ struct tfa_frame {
                      R and p are those in the frame of part k */
     double R[9];  /* rotation from the link frame to the body frame (or the world) */
     double p[3];  /* origin of the link frame in the body frame */
+    int32_t handle; /* of the body that carries it: R and p are those without deformation; or -1 */
     const char *name;
 };
 
@@ -124,7 +126,31 @@ struct tfa_chain {
     const uint32_t *body; /* root first */
 };
 
+/* A body whose one flexible link has modes (dynamics/core/modes.h); in the frame of the body, about
+ * its origin */
+struct tfa_flexible {
+    uint32_t body, frame; /* of the link */
+    uint32_t n, first;    /* modes; the first of them among all */
+    uint32_t v;           /* inner freedom of its first mode; all modes follow the joints */
+    double mass, c[3];       /* of the link alone, and its centre */
+    const double *B;         /* n rows: momentum per rate of a mode at eta = 0, angular first */
+    const double *M, *K, *D; /* n x n */
+    const double *limit;     /* n */
+    int32_t riders;          /* first handle with a mass; -1: none */
+};
+
+/* What stands behind one child joint of a flexible link moves with its modes. Frame of the body,
+ * without deformation. */
+struct tfa_handle {
+    uint32_t flexible;   /* index */
+    double p[3];         /* origin of the joint */
+    const double *shape; /* n rows of six: rotation, translation of that point */
+    double mass, h[3], I[6]; /* of the links that are fixed to it, as in tfa_body */
+    int32_t next;            /* the next one of that body with a mass; -1: none */
+};
+
 struct tfa_model {
+    uint32_t flexible_bodies, handles, modes;
     uint32_t bodies;           /* floating base included */
     uint32_t joints_nd;        /* bodies with more than one freedom */
     uint32_t parts;            /* of all fused bodies */
@@ -162,6 +188,8 @@ struct tfa_model {
     const struct tfa_mimic *mimic;
     const double *armature; /* of each inner freedom */
     const double *damping;  /* of each inner freedom; NULL: none */
+    const struct tfa_flexible *flexible;
+    const struct tfa_handle *handle;
     const tfa_joint_info *joint;
     const tfa_declared_joint *declared;
     uint32_t declared_joints;

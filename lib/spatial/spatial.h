@@ -205,6 +205,18 @@ TFA_INLINE void s6_add(sym6 *S, const sym6 *T)
     S->M = s3_add(S->M, T->M);
 }
 
+TFA_INLINE void s6_sub(sym6 *S, const sym6 *T)
+{
+    num *const a = &S->A.xx, *const b = &S->B.xx, *const c = &S->M.xx;
+    const num *const x = &T->A.xx, *const y = &T->B.xx, *const z = &T->M.xx;
+    for (int e = 0; e < 6; e++) {
+        a[e] -= x[e];
+        c[e] -= z[e];
+    }
+    for (int e = 0; e < 9; e++)
+        b[e] -= y[e];
+}
+
 /* rx M for a symmetric M: the columns are r x m_k */
 static inline mat3 cross_s3(vec3 r, sym3 M)
 {

@@ -43,6 +43,11 @@ static int check_model(const tfa_model *m, struct error_text *err)
                       "unsupported: joint '%s' follows another one, mimics are not "
                       "specialised; the generic kernel answers",
                       follower(m));
+    if (m->modes)
+        return refuse(err, TFA_E_UNSUPPORTED,
+                      "unsupported: link '%s' is flexible, modes are not specialised; the generic "
+                      "kernel answers",
+                      tfa_model_mode(m, 0).link);
     if (!m->bodies || m->bodies > TFA_SPECIALISED_BODIES_MAX)
         return refuse(err, TFA_E_UNSUPPORTED,
                       "unsupported: %u bodies, specialised are robots with 1 to %d; the "

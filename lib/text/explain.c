@@ -79,6 +79,8 @@ static const double *numbers_of(const tfa_names *names, const tfa_request *r, tf
         [TFA_FIELD_GRAVITY] = {r->gravity, 3},
         [TFA_FIELD_WRENCHES] = {r->wrenches, 6 * r->wrench_count},
         [TFA_FIELD_TASK_ACCELERATION] = {r->task_acceleration, tip_rows(r)},
+        [TFA_FIELD_MODES] = {r->modes, names->mode_count},
+        [TFA_FIELD_MODE_VELOCITIES] = {r->mode_velocities, names->mode_count},
     };
     if ((size_t)field >= sizeof arrays / sizeof *arrays)
         return NULL;
@@ -93,6 +95,9 @@ static const char *link_of(const tfa_names *names, const tfa_request *request,
     switch (reply->field) {
     case TFA_FIELD_BODY:
         return tfa_names_frame(names, k);
+    case TFA_FIELD_MODES:
+    case TFA_FIELD_MODE_VELOCITIES:
+        return k < names->mode_count ? tfa_names_frame(names, names->mode_frames[k]) : NULL;
     case TFA_FIELD_TIPS:
         return reply->status == TFA_E_LINK && k < request->tip_count
                    ? tfa_names_frame(names, request->tips[k])
@@ -182,6 +187,44 @@ static size_t say_method(const struct refusal *r)
     }
 }
 
+/* The methods that answer the op of a robot with flexible links: "aba, scan" */
+static const char *write_flexible_methods(const struct refusal *r, char *list, size_t size)
+{
+    size_t used = 0;
+    for (uint32_t k = 1; used < size && tfa_method_describe(k); k++) {
+        const tfa_method_info *row = tfa_method_describe(k);
+        if (row->ops & TFA_OP_BIT(r->request->op) && !(row->refuses & TFA_REFUSES_MODES))
+            used += (size_t)snprintf(list + used, size - used, "%s%s", used ? ", " : "",
+                                     tfa_method_name(k));
+    }
+    return list;
+}
+
+/* What a robot with flexible links refuses */
+static size_t say_modes(const struct refusal *r)
+{
+    static const char because[] = "the robot has flexible links";
+    const tfa_field field = r->reply->field;
+    const tfa_method_info *row = tfa_method_describe((uint32_t)r->request->method);
+    char methods[200] = "";
+    if (!r->names->mode_count)
+        return 0;
+    if (r->reply->status == TFA_E_METHOD && field == TFA_FIELD_METHOD && row &&
+        row->ops & TFA_OP_BIT(r->request->op))
+        return say(r, "method: %s: %s; %s answer", method_of(r), because,
+                   write_flexible_methods(r, methods, sizeof methods));
+    if (r->reply->status != TFA_E_UNSUPPORTED)
+        return 0;
+    if (field == TFA_FIELD_OP)
+        return say(r, "op: %s: %s; forward_dynamics, operational_inertia and kinematics answer",
+                   op_of(r), because);
+    if (field == TFA_FIELD_LOCKED)
+        return say(r, "locked: %s; a scene locks joints of such a robot", because);
+    if (field == TFA_FIELD_FLAGS)
+        return say(r, "want: %s; joint_forces, lambda, mu and p are not answered", because);
+    return 0;
+}
+
 static size_t say_payload(const struct refusal *r)
 {
     const tfa_request *request = r->request;
@@ -192,9 +235,9 @@ static size_t say_payload(const struct refusal *r)
         snprintf(entry, sizeof entry, "payload[%u]", r->reply->index);
     if (r->reply->status == TFA_E_UNSUPPORTED)
         return say(r,
-                   "%s: link '%.200s' moves with some joints of a body and not with others, "
+                   "%s: link '%.200s' moves with some joints%s of a body and not with others, "
                    "without mass of its own; load a link at its end",
-                   entry, r->place.link);
+                   entry, r->place.link, r->names->mode_count ? " or modes" : "");
     if (r->reply->status != TFA_E_ARGUMENT)
         return say(r, "%s: %s: %s", entry, summary_of(r), cause_of(r));
     const double mass = request->payloads[TFA_PAYLOAD_NUMBERS * (size_t)r->reply->index];
@@ -271,7 +314,8 @@ size_t tfa_explain(const tfa_names *names, const tfa_request *request, const tfa
                    tfa_option_syntax syntax, char *text, size_t size)
 {
     static size_t (*const reasons[])(const struct refusal *) = {
-        say_quaternion, say_method, say_payload, say_locked, say_tips, say_limit, say_status};
+        say_quaternion, say_modes, say_method, say_payload,
+        say_locked,     say_tips,  say_limit,  say_status};
     struct refusal r = {names, request, reply, syntax, {0}, "", text, size};
     r.place = tfa_refused_place(names, request, reply);
     write_entry(&r);

@@ -17,7 +17,8 @@ static int allocate(tfa_names *names)
     names->frames = calloc(names->frame_count + (size_t)1, sizeof *names->frames);
     names->by_name =
         calloc((size_t)names->joint_count + names->frame_count + 1, sizeof *names->by_name);
-    if (names->joints && names->frames && names->by_name)
+    names->mode_frames = calloc(names->mode_count + (size_t)1, sizeof *names->mode_frames);
+    if (names->joints && names->frames && names->by_name && names->mode_frames)
         return TFA_OK;
     tfa_names_free(names);
     return TFA_E_MEMORY;
@@ -108,7 +109,8 @@ int tfa_names_of_model(tfa_names *names, const tfa_model *model)
                          .v_count = tfa_model_v_count(model),
                          .base_freedoms = tfa_model_base_freedoms(model),
                          .joint_count = tfa_model_joint_count(model),
-                         .frame_count = tfa_model_frame_count(model)};
+                         .frame_count = tfa_model_frame_count(model),
+                         .mode_count = tfa_model_mode_count(model)};
     if (allocate(names) != TFA_OK)
         return TFA_E_MEMORY;
     for (uint32_t k = 0; k < names->joint_count; k++) {
@@ -120,6 +122,9 @@ int tfa_names_of_model(tfa_names *names, const tfa_model *model)
     }
     for (uint32_t k = 0; k < names->frame_count; k++)
         names->frames[k] = tfa_model_frame(model, k).name;
+    for (uint32_t k = 0; k < names->mode_count; k++)
+        names->mode_frames[k] =
+            (uint32_t)tfa_model_find_frame(model, tfa_model_mode(model, k).link);
     sort(names);
     return TFA_OK;
 }
@@ -132,7 +137,8 @@ int tfa_names_of_info(tfa_names *names, const char *robot, const tfa_client_info
                          .v_count = info->v_count,
                          .base_freedoms = info->base_freedoms,
                          .joint_count = info->joint_count,
-                         .frame_count = info->frame_count};
+                         .frame_count = info->frame_count,
+                         .mode_count = info->mode_count};
     if (allocate(names) != TFA_OK)
         return TFA_E_MEMORY;
     for (uint32_t k = 0; k < names->joint_count; k++) {
@@ -145,6 +151,8 @@ int tfa_names_of_info(tfa_names *names, const char *robot, const tfa_client_info
     }
     for (uint32_t k = 0; k < names->frame_count; k++)
         names->frames[k] = info->frame_names[k];
+    for (uint32_t k = 0; k < names->mode_count; k++)
+        names->mode_frames[k] = info->mode_frames[k];
     sort(names);
     if (q == names->q_count && v == names->v_count)
         return TFA_OK;
@@ -157,6 +165,7 @@ void tfa_names_free(tfa_names *names)
     free(names->joints);
     free(names->frames);
     free(names->by_name);
+    free(names->mode_frames);
     *names = (tfa_names){0};
 }
 

@@ -76,6 +76,8 @@ typedef struct config_scene {
     size_t locked_count;
     config_payload *payload;
     size_t payload_count;
+    const char **modes;
+    size_t modes_count;
     uint32_t base;
     double *gravity;
     size_t gravity_count; /* 3, or 0: as its robot */

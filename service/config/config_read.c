@@ -6,6 +6,8 @@
  */
 #include "config_read.h"
 
+#include "text/yaml_document.h"
+
 #include <errno.h>
 #include <stdarg.h>
 #include <stdlib.h>
@@ -43,102 +45,22 @@ void config_error(config_reader *r, const char *path, const char *format, ...)
     va_end(arguments);
 }
 
-__attribute__((format(printf, 3, 4))) static void
-error_at_mark(config_reader *r, const yaml_mark_t *mark, const char *format, ...)
-{
-    va_list arguments;
-    va_start(arguments, format);
-    print_error(r, mark, "", format, arguments);
-    va_end(arguments);
-}
-
 /* ---- the document ---- */
 
-#define DEPTH_MAX 32
-
-static int refuse_yaml(config_reader *r, const yaml_parser_t *parser)
-{
-    if (parser->error == YAML_MEMORY_ERROR)
-        return TFA_E_MEMORY;
-    const bool tab = parser->problem && strstr(parser->problem, "cannot start any token");
-    error_at_mark(r, parser->error == YAML_READER_ERROR ? &parser->mark : &parser->problem_mark,
-                  "this is not YAML: %s%s%s%s", parser->problem ? parser->problem : "unreadable",
-                  parser->context ? " " : "", parser->context ? parser->context : "",
-                  tab ? "; indent by spaces, quote texts that begin with a special character" : "");
-    return TFA_E_PARSE;
-}
-
-/* One file is one document. */
-static int check_end(config_reader *r, yaml_parser_t *parser)
-{
-    yaml_document_t more;
-    if (!yaml_parser_load(parser, &more))
-        return refuse_yaml(r, parser);
-    const yaml_node_t *root = yaml_document_get_root_node(&more);
-    if (root)
-        config_error_at(r, root, "", "a second document; a configuration is one document");
-    yaml_document_delete(&more);
-    return root ? TFA_E_PARSE : TFA_OK;
-}
-
-static int parse_document(config_reader *r, yaml_parser_t *parser)
-{
-    static const yaml_mark_t start = {0};
-    if (!yaml_parser_load(parser, r->document))
-        return refuse_yaml(r, parser);
-    int status = TFA_E_PARSE;
-    if (!yaml_document_get_root_node(r->document))
-        error_at_mark(r, &start, "no keys; at least 'robots' is needed");
-    else
-        status = check_end(r, parser);
-    if (status != TFA_OK)
-        yaml_document_delete(r->document);
-    return status;
-}
-
-/* libyaml takes a time that grows with the square of the depth, and then a stack of that depth: a
- * configuration has six levels. Errors of another kind are left to the reading that follows. */
-static int check_depth(config_reader *r, FILE *stream)
-{
-    yaml_parser_t parser;
-    yaml_event_t event;
-    int depth = 0;
-    bool more = true;
-    if (!yaml_parser_initialize(&parser))
-        return TFA_E_MEMORY;
-    yaml_parser_set_input_file(&parser, stream);
-    while (more && depth <= DEPTH_MAX && yaml_parser_parse(&parser, &event)) {
-        more = event.type != YAML_STREAM_END_EVENT;
-        depth += event.type == YAML_SEQUENCE_START_EVENT || event.type == YAML_MAPPING_START_EVENT;
-        depth -= event.type == YAML_SEQUENCE_END_EVENT || event.type == YAML_MAPPING_END_EVENT;
-        if (depth > DEPTH_MAX)
-            error_at_mark(r, &event.start_mark,
-                          "lists and keys within each other, more than %d "
-                          "levels deep",
-                          DEPTH_MAX);
-        yaml_event_delete(&event);
-    }
-    yaml_parser_delete(&parser);
-    rewind(stream);
-    return depth > DEPTH_MAX ? TFA_E_PARSE : TFA_OK;
-}
+#define DEPTH_MAX 32 /* a configuration has six levels */
 
 int config_read_document(config_reader *r)
 {
-    yaml_parser_t parser;
+    tfa_yaml_fault fault;
     FILE *stream = fopen(r->file, "re");
     if (!stream) {
         fprintf(r->errors, "%s:0:0: cannot be read: %s\n", r->file, strerror(errno));
         return TFA_E_FILE;
     }
-    int status = check_depth(r, stream);
-    if (status == TFA_OK && !yaml_parser_initialize(&parser))
-        status = TFA_E_MEMORY;
-    if (status == TFA_OK) {
-        yaml_parser_set_input_file(&parser, stream);
-        status = parse_document(r, &parser);
-        yaml_parser_delete(&parser);
-    }
+    const int status = tfa_yaml_read(stream, DEPTH_MAX, true, r->document, &fault);
+    if (status == TFA_E_PARSE)
+        fprintf(r->errors, "%s:%zu:%zu: %s\n", r->file, fault.mark.line + 1, fault.mark.column + 1,
+                fault.text);
     fclose(stream);
     return status;
 }

@@ -4,6 +4,7 @@
  * The settings of a robot that shape its answers, as JSON: enough to compile its model of its URDF
  * and to make its workspace elsewhere. Numbers keep their bits.
  */
+#include <math.h>
 #include <totalforce/version.h>
 
 #include "robot.h"
@@ -67,7 +68,52 @@ static void write_payload(FILE *out, const config_payload *payload)
     fputc('}', out);
 }
 
-static void write_scene(FILE *out, const config_scene *scene)
+static void write_key(FILE *out, const char *key, const double *numbers, size_t count)
+{
+    fprintf(out, "\"%s\": ", key);
+    write_numbers(out, numbers, count);
+    fputs(", ", out);
+}
+
+static void write_mode(FILE *out, const tfa_link_modes *link, size_t k)
+{
+    const size_t n = link->mode_count;
+    fputc('{', out);
+    write_key(out, "momentum", link->momentum + 6 * k, 6);
+    write_key(out, "mass", link->mass + n * k, n);
+    write_key(out, "stiffness", link->stiffness + n * k, n);
+    write_key(out, "damping", link->damping + n * k, n);
+    if (isfinite(link->limit[k]))
+        fprintf(out, "\"limit\": %.17g, ", link->limit[k]);
+    fputs("\"shape\": {", out);
+    for (size_t j = 0; j < link->shape_count; j++) {
+        fputs(comma(j), out);
+        write_text(out, link->shapes[j].joint);
+        fputs(": ", out);
+        write_numbers(out, link->shapes[j].shape + 6 * k, 6);
+    }
+    fputs("}}", out);
+}
+
+/* As in a side file: totalforce/modes.h */
+static void write_modes(FILE *out, const tfa_modes *modes)
+{
+    fputs("{\"links\": {", out);
+    for (size_t i = 0; i < modes->count; i++) {
+        const tfa_link_modes *link = &modes->links[i];
+        fputs(comma(i), out);
+        write_text(out, link->link);
+        fputs(": {\"modes\": [", out);
+        for (size_t k = 0; k < link->mode_count; k++) {
+            fputs(comma(k), out);
+            write_mode(out, link, k);
+        }
+        fputs("]}", out);
+    }
+    fputs("}}", out);
+}
+
+static void write_scene(FILE *out, const config_scene *scene, const tfa_modes *modes)
 {
     fputs("{\"root\": ", out);
     write_text(out, scene->root);
@@ -86,7 +132,9 @@ static void write_scene(FILE *out, const config_scene *scene)
         fputs(comma(i), out);
         write_payload(out, &scene->payload[i]);
     }
-    fputs("]}", out);
+    fputs("], \"modes\": ", out);
+    write_modes(out, modes);
+    fputc('}', out);
 }
 
 static void write_armature(FILE *out, const config_robot *c)
@@ -115,7 +163,7 @@ static void write_options(FILE *out, const tfa_robot *robot)
     write_armature(out, c);
     fputs(",\n    \"scene\": ", out);
     if (robot->scene)
-        write_scene(out, robot->scene);
+        write_scene(out, robot->scene, &robot->shared->modes);
     else
         fputs("null", out);
     fputs("},\n", out);
@@ -153,8 +201,9 @@ static void write_workspace(FILE *out, const tfa_robot *robot)
             c->methods == CONFIG_METHODS_ALL ? "true" : "false", estimates[c->estimate]);
     fprintf(out,
             "  \"shape\": {\"q_count\": %u, \"v_count\": %u, \"base_freedoms\": %u, "
-            "\"frames\": %u, \"max_batch\": %u, \"max_tips\": %u}\n",
-            s->q_count, s->v_count, s->base_freedoms, s->frames, s->max_batch, s->max_tips);
+            "\"frames\": %u, \"modes\": %u, \"max_batch\": %u, \"max_tips\": %u}\n",
+            s->q_count, s->v_count, s->base_freedoms, s->frames, s->modes, s->max_batch,
+            s->max_tips);
 }
 
 void tfa_robot_describe(const tfa_robot *robot, const char *urdf_name, FILE *out)

@@ -87,12 +87,12 @@ static void log_summary(const tfa_robot *robot, const tfa_report *of_file,
             s.follows, s.absent, text);
 }
 
-/* ---- names: types, joint names, frame names ---- */
+/* ---- names: types, frames of modes, joint names, frame names ---- */
 
 static size_t names_size(const tfa_model *model)
 {
     const uint32_t joints = tfa_model_joint_count(model), frames = tfa_model_frame_count(model);
-    size_t size = joints * sizeof(uint32_t);
+    size_t size = ((size_t)joints + tfa_model_mode_count(model)) * sizeof(uint32_t);
     for (uint32_t i = 0; i < joints; i++)
         size += strlen(tfa_model_joint(model, i).name) + 1;
     for (uint32_t i = 0; i < frames; i++)
@@ -104,11 +104,14 @@ static int write_names(tfa_robot *robot)
 {
     const tfa_model *model = robot->model;
     const uint32_t joints = tfa_model_joint_count(model), frames = tfa_model_frame_count(model);
+    const uint32_t modes = tfa_model_mode_count(model);
     const size_t size = names_size(model);
     uint32_t *types = calloc(1, size ? size : 1);
     if (!types)
         return TFA_E_MEMORY;
-    char *at = (char *)(types + joints);
+    for (uint32_t i = 0; i < modes; i++)
+        types[joints + i] = (uint32_t)tfa_model_find_frame(model, tfa_model_mode(model, i).link);
+    char *at = (char *)(types + joints + modes);
     for (uint32_t i = 0; i < joints; i++) {
         const tfa_joint_info joint = tfa_model_joint(model, i);
         types[i] = (uint32_t)joint.type;
@@ -170,6 +173,7 @@ static int finish_robot(const tfa_robot_source *s, tfa_robot *robot)
                                     .v_count = tfa_model_v_count(robot->model),
                                     .base_freedoms = tfa_model_base_freedoms(robot->model),
                                     .frames = tfa_model_frame_count(robot->model),
+                                    .modes = tfa_model_mode_count(robot->model),
                                     .max_batch = s->robot->max_batch,
                                     .max_tips = s->robot->max_tips};
     int status = write_names(robot);

@@ -106,7 +106,8 @@ tfa_worker_robot tfa_robot_for_worker(const tfa_robot *robot, tfa_robot_solver *
 /**
  * Checks a model in a private workspace: one forward dynamics of a robot that moves, put into the
  * equation of motion. The residual of M qdd + h = tau, by inverse dynamics, may be 1e-6 of the
- * forces in it. A robot that is singular there passes: it was answered.
+ * forces in it; of flexible links, which have no inverse dynamics, the accelerations of two methods
+ * may differ by 1e-6. A robot that is singular there passes: it was answered.
  * @return TFA_OK; TFA_E_NOT_COMPUTED (the residual is logged); TFA_E_MEMORY; errors that
  *         tfa_compute refuses.
  */

@@ -156,8 +156,20 @@ static int fill_payload(const tfa_robot_source *s, const tfa_description *d, siz
     return check_link(s, d, key, from->link);
 }
 
+static int load_modes(const tfa_robot_source *s, tfa_modes *modes, tfa_report *report)
+{
+    const config_scene *from = scene_of(s);
+    int status = TFA_OK;
+    for (size_t i = 0; i < from->modes_count && status == TFA_OK; i++) {
+        char *path = config_file_path(s->settings, from->modes[i]);
+        status = path ? tfa_modes_load(path, modes, report) : TFA_E_MEMORY;
+        free(path);
+    }
+    return status;
+}
+
 static int fill_scene(const tfa_robot_source *s, const tfa_description *d, lists *l,
-                      tfa_scene *scene)
+                      const tfa_modes *modes, tfa_scene *scene)
 {
     const config_scene *from = scene_of(s);
     int status = from->root ? check_link(s, d, "root", from->root) : TFA_OK;
@@ -180,7 +192,9 @@ static int fill_scene(const tfa_robot_source *s, const tfa_description *d, lists
                          .locks = l->locks,
                          .lock_count = from->locked_count,
                          .payloads = l->payloads,
-                         .payload_count = from->payload_count};
+                         .payload_count = from->payload_count,
+                         .modes = modes->links,
+                         .modes_count = modes->count};
     return status;
 }
 
@@ -215,7 +229,8 @@ static bool same_tips(const config_scene *a, const config_scene *b)
 static bool can_derive(const tfa_robot_source *s, const tfa_robot_source *origin)
 {
     const config_scene *a = scene_of(s), *b = scene_of(origin);
-    if (base_of(s) != base_of(origin) || (b->payload_count && !a->payload_count))
+    if (base_of(s) != base_of(origin) || (b->payload_count && !a->payload_count) ||
+        a->modes_count || b->modes_count)
         return false;
     if ((a->root || b->root) && (!a->root || !b->root || strcmp(a->root, b->root) != 0))
         return false;
@@ -227,6 +242,7 @@ void tfa_shared_model_drop(tfa_shared_model *shared)
     while (shared && --shared->holders == 0) {
         tfa_shared_model *origin = shared->origin;
         tfa_model_free(shared->model);
+        tfa_modes_free(&shared->modes);
         free(shared);
         shared = origin;
     }
@@ -259,7 +275,13 @@ int tfa_robot_source_compile(const tfa_robot_source *source, const tfa_descripti
     size_t origin = 0;
     tfa_shared_model *shared = calloc(1, sizeof *shared);
     *made = NULL;
-    int status = shared ? fill_scene(source, description, &l, &scene) : TFA_E_MEMORY;
+    int status = shared ? TFA_OK : TFA_E_MEMORY;
+    if (status == TFA_OK) {
+        shared->holders = 1;
+        status = load_modes(source, &shared->modes, report);
+    }
+    if (status == TFA_OK)
+        status = fill_scene(source, description, &l, &shared->modes, &scene);
     if (status != TFA_OK)
         goto done;
     while (origin < before_count && !can_derive(source, &before[origin]))
@@ -271,7 +293,6 @@ int tfa_robot_source_compile(const tfa_robot_source *source, const tfa_descripti
         status = create(source, description, &scene, report, &shared->model);
     if (status != TFA_OK)
         goto done;
-    shared->holders = 1;
     if (origin < before_count) {
         shared->origin = models[origin];
         shared->origin->holders++;
@@ -279,7 +300,7 @@ int tfa_robot_source_compile(const tfa_robot_source *source, const tfa_descripti
     *made = shared;
     shared = NULL;
 done:
-    free(shared);
+    tfa_shared_model_drop(shared);
     free_lists(&l);
     return status;
 }

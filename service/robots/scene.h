@@ -7,7 +7,7 @@
 #define TFA_SERVICE_ROBOTS_SCENE_H
 
 #include <totalforce/description.h>
-#include <totalforce/model.h>
+#include <totalforce/modes.h>
 
 #include "config/config.h"
 
@@ -17,6 +17,7 @@
  */
 typedef struct tfa_shared_model {
     tfa_model *model;
+    tfa_modes modes;                 /**< that it was compiled with */
     struct tfa_shared_model *origin; /**< NULL: it has constants of its own */
     uint32_t holders;
 } tfa_shared_model;
@@ -42,7 +43,8 @@ TFA_CHECKED int tfa_robot_source_set_armature(const tfa_robot_source *robot,
  *
  * @param before, before_count  models compiled of this robot so far, the robot itself first
  * @return TFA_OK and *made with one holder; TFA_E_LINK, TFA_E_JOINT, TFA_E_VALUE (a lock with the
- *         wrong number of coordinates); TFA_E_MEMORY; errors of tfa_model_create and _derive.
+ *         wrong number of coordinates); TFA_E_MEMORY; errors of tfa_modes_load, tfa_model_create
+ *         and _derive.
  */
 TFA_CHECKED int tfa_robot_source_compile(const tfa_robot_source *source,
                                          const tfa_description *description,

@@ -64,9 +64,9 @@ static bool is_quadratic(const tfa_request *r)
 /* Powers by the algorithms, factors by docs/tuning.md: above all that was measured. */
 uint64_t tfa_cost_bound(const tfa_wire_shape *shape, const tfa_request *r)
 {
-    const uint64_t n = tfa_wire_freedoms(shape);
+    const uint64_t n = tfa_wire_freedoms(shape) + shape->modes;
     const uint64_t m = (uint64_t)r->tip_count * tfa_tip_rows(r->rows);
-    uint64_t ns = 1000 + 500 * (uint64_t)shape->frames + 10 * n * m + 8 * m * m;
+    uint64_t ns = 1000 + 500 * ((uint64_t)shape->frames + shape->modes) + 10 * n * m + 8 * m * m;
     if (is_quadratic(r))
         ns += (20 + n) * n * n;
     if (decomposes(r))

@@ -5,6 +5,8 @@
  * on many processors. Everything is counted in a run over a number type that counts (count/); a
  * second run gives the same figures.
  *
+ * A body with modes too.
+ *
  *   bench_count [--csv] [--largest N]
  *
  * With --csv: factors and solve of a moving chain on P = 1, 2, 4, ..., N processors.
@@ -101,6 +103,26 @@ void print_operations(bool moving)
                 "1055 N - 811 additions\n"
                 "  aba  Featherstone 2008:           300 N - 267 multiplications,  "
                 "279 N - 259 additions\n\n");
+}
+
+/* ---- flexible links ---- */
+
+void print_modes()
+{
+    std::printf("Operations of a body with modes, moving, pose and velocity included: "
+                "multiplications, additions, divisions.\n\n%-14s %6s\n",
+                "method", "modes");
+    for (count_method method : {TFA_METHOD_ABA, TFA_METHOD_SCAN, TFA_METHOD_DCA})
+        for (unsigned modes : {0u, 1u, 2u, 4u, 8u, 12u}) {
+            count_robot small(64, true, modes), large(128, true, modes);
+            count_parts a, b;
+            if (small.measure(method, a) != TFA_OK || large.measure(method, b) != TFA_OK)
+                std::abort();
+            const operations_row r = fit(a.all, b.all);
+            std::printf("%-14s %6u %8.1f %8.1f %6.1f\n", count_method_name(method), modes,
+                        r.multiplications.slope, r.additions.slope, r.divisions.slope);
+        }
+    std::printf("\n");
 }
 
 /* ---- the longest dependency chain ---- */
@@ -223,6 +245,7 @@ int main(int argc, char **argv)
     }
     for (bool moving : {true, false})
         print_operations(moving);
+    print_modes();
     for (bool moving : {true, false})
         print_depths(moving, largest);
     print_processors(largest < 256 ? largest : 256);

@@ -18,8 +18,10 @@
 
 #define FRAMES 11
 
-static const tfa_wire_shape floating = {Q, V, 6, FRAMES, BATCH, TFA_MAX_TIPS};
-static const tfa_wire_shape fixed = {Q, V, 0, FRAMES, BATCH, TFA_MAX_TIPS};
+#define MODES 5
+
+static const tfa_wire_shape floating = {Q, V, 6, FRAMES, MODES, BATCH, TFA_MAX_TIPS};
+static const tfa_wire_shape fixed = {Q, V, 0, FRAMES, 0, BATCH, TFA_MAX_TIPS};
 
 /* Enough numbers for the largest array of a test. */
 static double numbers[16][BATCH * 48 * 48];
@@ -69,6 +71,8 @@ static tfa_request full_request(tfa_op op, const tfa_wire_shape *shape)
         .payloads = numbers[10],
         .task_acceleration = numbers[11],
         .rank_threshold = numbers[12],
+        .modes = shape->modes ? numbers[13] : NULL,
+        .mode_velocities = shape->modes ? numbers[14] : NULL,
     };
 }
 
@@ -106,7 +110,7 @@ TEST(requests_survive)
         for (int op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_LAST; op++) {
             const tfa_request before = full_request((tfa_op)op, shapes[s]);
             totalforce_dds_Request in = {.id = (uint64_t)op, .stamp = -5};
-            const request_sizes sizes = {Q, V, shapes[s]->base_freedoms};
+            const request_sizes sizes = {Q, V, shapes[s]->base_freedoms, shapes[s]->modes};
             tfa_request after;
             tfa_dds_field_error field_error;
             assert_true(tfa_dds_set_robot(in.robot, "arm"));
@@ -280,6 +284,8 @@ TEST(wrong_sizes_are_named)
     REFUSED(s.base_acceleration._length = 1, TFA_E_SIZE, TFA_FIELD_BASE_ACCELERATION, 1);
     REFUSED(s.gravity._length = 4, TFA_E_SIZE, TFA_FIELD_GRAVITY, 4);
     REFUSED(s.wrenches._length = 17, TFA_E_SIZE, TFA_FIELD_WRENCHES, 17);
+    REFUSED(s.modes._length = MODES, TFA_E_SIZE, TFA_FIELD_MODES, MODES);
+    REFUSED(s.mode_velocities._length = 1, TFA_E_SIZE, TFA_FIELD_MODE_VELOCITIES, 1);
 #undef REFUSED
     assert_int_equal(tfa_dds_request_fill(&good, &floating, &s), TFA_OK);
     assert_int_equal(tfa_dds_request_view(&s, &fixed, &out, &field_error), TFA_E_SIZE);
@@ -336,6 +342,29 @@ TEST(torques_become_requests)
     assert_int_equal(tfa_dds_torques_view(&s, &fixed, &r, &field_error), TFA_E_SIZE);
     assert_int_equal(field_error.field, TFA_FIELD_TAU);
     assert_int_equal(field_error.index, V - 1);
+}
+
+/* A stream carries modes both ways. */
+TEST(torques_of_flexible_links)
+{
+    tfa_wire_shape flexible = fixed;
+    totalforce_dds_JointTorques s = {.q = {Q, Q, numbers[0], false},
+                                     .modes = {MODES, MODES, numbers[1], false}};
+    totalforce_dds_JointAccelerations out = {0};
+    const tfa_reply reply = {.qdd = numbers[2], .modes = numbers[3]};
+    tfa_request r;
+    tfa_dds_field_error field_error;
+    flexible.modes = MODES;
+    assert_int_equal(tfa_dds_torques_view(&s, &flexible, &r, &field_error), TFA_OK);
+    assert_ptr_equal(r.modes, numbers[1]);
+    assert_null(r.mode_velocities);
+    assert_int_equal(tfa_dds_torques_view(&s, &fixed, &r, &field_error), TFA_E_SIZE);
+    assert_int_equal(field_error.field, TFA_FIELD_MODES);
+    tfa_dds_accelerations_fill(&reply, &flexible, &out);
+    assert_int_equal(out.modes._length, MODES);
+    assert_ptr_equal(out.modes._buffer, numbers[3]);
+    tfa_dds_accelerations_fill(&reply, &fixed, &out);
+    assert_int_equal(out.modes._length, 0);
 }
 
 TEST(names_fit_or_not)

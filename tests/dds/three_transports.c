@@ -15,6 +15,7 @@
 #include <string.h>
 
 #include <totalforce/model.h>
+#include <totalforce/modes.h>
 #include <totalforce/statistics.h>
 
 #include "dds_client/dds_client.h"
@@ -31,6 +32,8 @@
 
 #define ARM7 "/config/robots/arm7.urdf"
 #define DOG "/config/robots/quadruped.urdf"
+#define FLEXIBLE "arm.flexible"
+#define MODES "/tests/tools/data/arm7_modes.yaml"
 #define GIMBAL "/tests/tools/data/gimbal.urdf"
 
 enum { TIPS = 1, POINT = 2, WRENCHES = 4, PAYLOADS = 8, LOCKED = 16, CHOICES = 32 };
@@ -48,7 +51,7 @@ typedef struct transports {
 /* Over DDS: how many hellos it took to connect is a matter of discovery. */
 static uint64_t hellos, requests;
 
-static double numbers[7][BATCH * 6 * TFA_MAX_TIPS], pose[BATCH * 7];
+static double numbers[7][BATCH * 6 * TFA_MAX_TIPS], pose[BATCH * 7], modes[2][BATCH * 3];
 
 /* One buffer for every answer. */
 typedef struct buffers {
@@ -100,6 +103,8 @@ static tfa_request make_request(const transports *d, tfa_op op, unsigned choice,
                      .payload_frames = {5}};
     r.base_pose = d->shape.base_freedoms ? pose : NULL;
     r.base_twist = d->shape.base_freedoms ? numbers[4] : NULL;
+    r.modes = d->shape.modes ? modes[0] : NULL;
+    r.mode_velocities = d->shape.modes ? modes[1] : NULL;
     r.tip_count = choice & TIPS ? 2 : 0;
     r.rows = choice & POINT ? TFA_ROWS_POINT : TFA_ROWS_POSE;
     r.wrench_count = choice & WRENCHES ? 1 : 0;
@@ -207,18 +212,26 @@ static void fill_numbers(void)
         const double x[7] = {0.1 * i, 0.2, 0.3, 0.6, 0, 0, 0.8};
         memcpy(pose + 7 * (size_t)i, x, sizeof x);
     }
+    for (int i = 0; i < BATCH * 3; i++) { /* one state is beyond a limit */
+        modes[0][i] = 0.02 * (i % 4);
+        modes[1][i] = 0.3 * (i % 5) - 0.5;
+    }
 }
 
 static transports open_transports(const harness *h, const char *robot, const char *file,
                                   tfa_base base, uint32_t max_tips)
 {
     const tfa_workspace_options workspace = {.max_tips = max_tips};
-    const tfa_model_options options = {.base = base};
+    tfa_modes of_links = {0};
     tfa_client_options ring = harness_options(h, robot);
     tfa_report report = {0};
     transports d = {0};
     ring.max_batch = BATCH;
     ring.max_tips = max_tips;
+    if (strcmp(robot, FLEXIBLE) == 0)
+        assert_int_equal(tfa_modes_load(TFA_SOURCE_DIR MODES, &of_links, &report), TFA_OK);
+    const tfa_scene scene = {.modes = of_links.links, .modes_count = of_links.count};
+    const tfa_model_options options = {.base = base, .scene = of_links.count ? &scene : NULL};
     assert_int_equal(tfa_model_load(file, &options, &report, &d.model), TFA_OK);
     assert_int_equal(tfa_workspace_create(d.model, &workspace, &d.library), TFA_OK);
     assert_int_equal(tfa_client_connect(&ring, &d.ring), TFA_OK);
@@ -227,9 +240,11 @@ static transports open_transports(const harness *h, const char *robot, const cha
                                .v_count = tfa_model_v_count(d.model),
                                .base_freedoms = tfa_model_base_freedoms(d.model),
                                .frames = tfa_model_frame_count(d.model),
+                               .modes = tfa_model_mode_count(d.model),
                                .max_batch = BATCH,
                                .max_tips = max_tips ? max_tips : TFA_DEFAULT_TIPS};
     d.words = max_tips ? WORDS_MAX : WORDS;
+    tfa_modes_free(&of_links);
     tfa_report_free(&report);
     return d;
 }
@@ -290,6 +305,27 @@ static void ask_robot(const harness *h, const char *robot, const char *file, tfa
     ask_all(&d);
     ask_without_rank(&d);
     ask_for_one_buffer(&d);
+    close_transports(&d);
+}
+
+/* Modes of links come and go through every gateway, and so does the flag of their limit. */
+static void ask_flexible(const harness *h)
+{
+    transports d = open_transports(h, FLEXIBLE, TFA_SOURCE_DIR ARM7, TFA_BASE_FIXED, 0);
+    const tfa_client_info *infos[] = {tfa_client_get_info(d.ring), tfa_dds_client_get_info(d.dds)};
+    for (int k = 0; k < 2; k++) {
+        assert_int_equal(infos[k]->mode_count, d.shape.modes);
+        for (uint32_t i = 0; i < d.shape.modes; i++)
+            assert_string_equal(infos[k]->frame_names[infos[k]->mode_frames[i]],
+                                tfa_model_mode(d.model, i).link);
+    }
+    ask_all(&d);
+    const tfa_request r = make_request(&d, TFA_OP_FORWARD_DYNAMICS, 0, 0, BATCH);
+    tfa_answer answers[BATCH];
+    tfa_reply reply = {.answers = answers};
+    assert_int_equal(tfa_client_call(d.ring, &r, &reply, WAIT_NS, NULL), TFA_OK);
+    for (int k = 0; k < BATCH; k++)
+        assert_int_equal((answers[k].flags & TFA_ANSWER_MODE_LIMIT) != 0, k == 1);
     close_transports(&d);
 }
 
@@ -396,10 +432,10 @@ static unsigned logged_number(const harness *h, const char *text)
 static void assert_logged(const harness *h)
 {
     /* robots and ops; choices, flags, counts; policies; buffers; rows and numbers of many tips */
-    const unsigned asked =
-        2 * TFA_OP_LAST * (CHOICES * FLAG_SETS * 2 + POLICIES + TFA_WIRE_REPLY_BLOCKS + 2 * 3);
+    const unsigned asked = TFA_OP_LAST * (3 * CHOICES * FLAG_SETS * 2 +
+                                          2 * (POLICIES + TFA_WIRE_REPLY_BLOCKS + 2 * 3));
     char text[128];
-    snprintf(text, sizeof text, "dds: domain %u, 3 robots: totalforce/request and", test_domain());
+    snprintf(text, sizeof text, "dds: domain %u, 4 robots: totalforce/request and", test_domain());
     assert_true(harness_logged(h, text));
     const unsigned more = 48 + TFA_OP_LAST * METHODS * 2; /* the gimbal */
     assert_in_range(requests, asked, asked + more);
@@ -435,7 +471,7 @@ static void assert_counted(const harness *h)
     }
     for (uint32_t i = 0; i < s->robot_count; i++) {
         assert_true(s->robots[i].served.dds && s->robots[i].dds_request);
-        assert_int_equal(s->robots[i].state.floating, i == 1);
+        assert_int_equal(s->robots[i].state.floating, i == 0);
         all += s->robots[i].total.requests;
         by_ring += s->robots[i].departed.requests;
     }
@@ -448,20 +484,23 @@ static void assert_counted(const harness *h)
 
 TEST(library_ring_and_dds_agree)
 {
-    static const char robots[] = "  - name: arm\n    urdf: @" ARM7 "\n    max_batch: 3\n"
-                                 "  - name: dog\n    urdf: @" DOG "\n"
+    static const char robots[] = "  - name: dog\n    urdf: @" DOG "\n"
                                  "    base: floating\n    max_batch: 3\n"
-                                 "  - name: gimbal\n    urdf: @" GIMBAL "\n    max_batch: 3\n";
+                                 "  - name: gimbal\n    urdf: @" GIMBAL "\n    max_batch: 3\n"
+                                 "  - name: arm\n    urdf: @" ARM7 "\n    max_batch: 3\n"
+                                 "    scenes: [{name: flexible, modes: [@" MODES "]}]\n";
     fill_numbers();
     SCOPED_HARNESS h = harness_make(robots, dds_yaml(test_domain(), TEST_LEASE_MS));
     harness_start(&h, "dog");
     dds_herald(test_domain(), "arm");
     dds_herald(test_domain(), "dog");
     dds_herald(test_domain(), "gimbal");
+    dds_herald(test_domain(), FLEXIBLE);
     ask_robot(&h, "arm", TFA_SOURCE_DIR ARM7, TFA_BASE_FIXED);
     ask_robot(&h, "dog", TFA_SOURCE_DIR DOG, TFA_BASE_FLOATING);
     ask_many_tips(&h, "arm", TFA_SOURCE_DIR ARM7, TFA_BASE_FIXED);
     ask_many_tips(&h, "dog", TFA_SOURCE_DIR DOG, TFA_BASE_FLOATING);
+    ask_flexible(&h);
     ask_beyond_the_connection(&h);
     ask_nearly_singular(&h);
     assert_counted(&h);

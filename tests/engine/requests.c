@@ -252,26 +252,51 @@ TEST(bad_numbers_are_named)
     }
 }
 
+/* The same robot with two modes of link `two` */
+static tfa_model *build_flexible(void)
+{
+    static const double momentum[12] = {0.1, 0, 0, 0, 0.02, 0, 0, 0.1}, mass[4] = {0.1, 0, 0, 0.1},
+                        stiffness[4] = {90, 0, 0, 80}, shape[12] = {1, 0, 0, 0, 2, 0, 0, 1};
+    const tfa_mode_shape shapes[] = {{"c", shape}};
+    const tfa_link_modes modes[] = {{.link = "two",
+                                     .mode_count = 2,
+                                     .momentum = momentum,
+                                     .mass = mass,
+                                     .stiffness = stiffness,
+                                     .shapes = shapes,
+                                     .shape_count = 1}};
+    const tfa_scene scene = {.modes = modes, .modes_count = 1};
+    const tfa_model_options options = {.base = TFA_BASE_FLOATING, .scene = &scene};
+    tfa_link links[5];
+    tfa_joint joints[4];
+    tfa_description d;
+    build(links, joints, &d);
+    return compiled(&d, &options);
+}
+
 /* Every input of interface/fields.h: bits that are neither a number nor a joint are refused by some
- * op, and by each op that refuses them as that field. */
+ * op, and by each op that refuses them as that field; modes by ops that answer such a robot. */
 TEST(every_input_is_checked)
 {
     static const double payload[TFA_PAYLOAD_NUMBERS] = {1, 0, 0, 0, 1, 0, 0, 1, 0, 1};
     double bad[12 * STATES], desired[12 * STATES] = {0};
     tfa_reply reply = {0};
+    tfa_model *flexible = build_flexible();
     memset(bad, 0xff, sizeof bad);
 #define SPOIL(name, member, ...)                                                                   \
     for (int op = TFA_OP_FORWARD_DYNAMICS, refused = 0; op <= TFA_OP_LAST; op++) {                 \
+        const int modes = TFA_FIELD_##name >= TFA_FIELD_MODES;                                     \
         struct scene s;                                                                            \
         set_scene(&s);                                                                             \
         s.r.op = (tfa_op)op;                                                                       \
-        s.r.flags = TFA_OP_BIT(op) & TFA_OPS_SOLVE ? TFA_WANT_LAMBDA : 0;                          \
-        s.r.payload_count = 1;                                                                     \
+        s.r.flags = !modes && TFA_OP_BIT(op) & TFA_OPS_SOLVE ? TFA_WANT_LAMBDA : 0;                \
+        s.r.payload_count = !modes;                                                                \
         s.r.payloads = payload;                                                                    \
         s.r.locked_count = TFA_FIELD_##name == TFA_FIELD_LOCKED;                                   \
         s.r.task_acceleration = desired;                                                           \
         s.r.member = (const void *)bad;                                                            \
-        if (tfa_request_check(model, &s.r, &reply) != TFA_OK) {                                    \
+        if (tfa_request_check(modes ? flexible : model, &s.r, &reply) != TFA_OK &&                 \
+            !(modes && reply.field == TFA_FIELD_OP)) {                                             \
             assert_int_equal(reply.field, TFA_FIELD_##name);                                       \
             refused++;                                                                             \
         }                                                                                          \
@@ -279,6 +304,32 @@ TEST(every_input_is_checked)
     }
     TFA_INPUT_LIST(SPOIL)
 #undef SPOIL
+    tfa_model_free(flexible);
+}
+
+TEST(bad_modal_coordinates_are_named)
+{
+    tfa_model *flexible = build_flexible();
+    double modes[2 * STATES] = {0}, velocities[2 * STATES] = {0};
+    tfa_reply reply = {0};
+    struct scene s;
+    set_scene(&s);
+    s.r.modes = modes;
+    s.r.mode_velocities = velocities;
+    assert_int_equal(tfa_request_check(flexible, &s.r, &reply), TFA_OK);
+    velocities[2] = INFINITY;
+    assert_int_equal(tfa_request_check(flexible, &s.r, &reply), TFA_E_VALUE);
+    assert_int_equal(reply.field, TFA_FIELD_MODE_VELOCITIES);
+    assert_int_equal(reply.index, 0);
+    assert_int_equal(reply.state, 1);
+    s.r.op = TFA_OP_KINEMATICS; /* nothing that reads velocities */
+    assert_int_equal(tfa_request_check(flexible, &s.r, &reply), TFA_OK);
+    modes[5] = NAN;
+    assert_int_equal(tfa_request_check(flexible, &s.r, &reply), TFA_E_VALUE);
+    assert_int_equal(reply.field, TFA_FIELD_MODES);
+    assert_int_equal(reply.index, 1);
+    assert_int_equal(reply.state, 2);
+    tfa_model_free(flexible);
 }
 
 TEST(missing_arrays_are_named)

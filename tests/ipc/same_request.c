@@ -62,4 +62,6 @@ void assert_same_request(const request_sizes *sizes, const tfa_request *sent,
     assert_same_numbers(sent->rank_threshold, got->rank_threshold, 1);
     assert_same_numbers(sent->payloads, got->payloads,
                         (size_t)sent->payload_count * TFA_PAYLOAD_NUMBERS);
+    assert_same_numbers(sent->modes, got->modes, count * sizes->modes);
+    assert_same_numbers(sent->mode_velocities, got->mode_velocities, count * sizes->modes);
 }

@@ -11,7 +11,7 @@
 
 /** Sizes of the robot that a request is about. */
 typedef struct request_sizes {
-    uint32_t q_count, v_count, base_freedoms;
+    uint32_t q_count, v_count, base_freedoms, modes;
 } request_sizes;
 
 /** Fails unless `got` says what `sent` says: numbers, frames, joints and every array to the bit.

@@ -54,6 +54,8 @@ static tfa_request full_request(const tfa_wire_shape *s, uint32_t without)
     SET(RANK_THRESHOLD, rank_threshold, 1);
     SET(PAYLOADS, payloads, TFA_PAYLOAD_NUMBERS);
     SET(LOCKED, locked, s->v_count);
+    SET(MODES, modes, s->modes);
+    SET(MODE_VELOCITIES, mode_velocities, s->modes);
 #undef SET
     return r;
 }
@@ -73,14 +75,16 @@ static void free_request(const tfa_request *r)
                             r->payloads,
                             r->locked,
                             r->task_acceleration,
-                            r->rank_threshold};
+                            r->rank_threshold,
+                            r->modes,
+                            r->mode_velocities};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         free((void *)(uintptr_t)arrays[k]);
 }
 
 static request_sizes sizes_of(const tfa_wire_shape *s)
 {
-    return (request_sizes){s->q_count, s->v_count, s->base_freedoms};
+    return (request_sizes){s->q_count, s->v_count, s->base_freedoms, s->modes};
 }
 
 /* Every subset of the optional blocks arrives as it was sent. */

@@ -36,6 +36,8 @@ static void assert_request_inside(const tfa_wire_shape *s, const tfa_request *r,
                        count * r->tip_count * (r->rows == TFA_ROWS_POINT ? 3 : 6), copy, size));
     assert_true(inside(r->rank_threshold, sizeof(double), copy, size));
     assert_true(inside(r->payloads, r->payload_count * sizeof(double[10]), copy, size));
+    assert_true(inside(r->modes, count * s->modes, copy, size));
+    assert_true(inside(r->mode_velocities, count * s->modes, copy, size));
     assert_true(inside(r->locked, r->locked_count * sizeof(uint32_t), copy, size));
 }
 
@@ -68,7 +70,7 @@ TEST(hostile_lines_stay_inside)
             slot[k] = random_next(&bits);
         tfa_wire_request *line = (tfa_wire_request *)(void *)slot;
         if (i & 2)
-            line->dof = s->q_count + s->v_count + s->base_freedoms;
+            line->dof = s->q_count + s->v_count + s->base_freedoms + s->modes;
         if (i & 4)
             line->count %= s->max_batch + 1;
         if (i & 8)

@@ -13,6 +13,7 @@ const tfa_wire_shape wire_dog = {.q_count = 12,
                                  .v_count = 11,
                                  .base_freedoms = 6,
                                  .frames = 20,
+                                 .modes = 5,
                                  .max_batch = WIRE_BATCH,
                                  .max_tips = TFA_MAX_TIPS};
 

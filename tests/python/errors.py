@@ -203,6 +203,7 @@ class Requests(Case):
                 "rank_threshold",
             ),
             (dict(base_pose=self.pose), tf.InputError, "the robot's base is fixed", "base_pose"),
+            (dict(modes=[0]), tf.InputError, "the robot has no flexible links", "modes"),
         ]
         for fields, kind, text, field in arm:
             with self.subTest(**fields):

@@ -159,6 +159,48 @@ class SameBits(Case):
                     self.assertEqual(client.links, model.links)
                     self.compare(client, answers, asked)
 
+    def test_modes(self):
+        path = support.ROBOTS / "arm7.urdf"
+        modes = support.SOURCE / "tests" / "tools" / "data" / "arm7_modes.yaml"
+        model = tf.Model(path, modes=modes)
+        self.assertEqual(model.modes, ("link_2", "link_2", "link_4"))
+        rng = np.random.default_rng(11)
+        batch = state(model, rng, 21)
+        batch["modes"] = rng.uniform(-0.04, 0.04, (21, 3))
+        batch["mode_velocities"] = rng.uniform(-1, 1, (21, 3))
+        batch["modes"][0, 0] = 0.06  # beyond its limit
+        one = {name: numbers[0] for name, numbers in batch.items()}
+        still = {name: one[name] for name in ("q", "modes", "mode_velocities")}
+        tip = {"tips": ["tool0"], "want": OF_TIPS + EVERYWHERE}
+        asked = [("forward_dynamics", {**one, "method": m}) for m in ("aba", "scan", "dca")]
+        asked += [
+            ("forward_dynamics", {**one, **tip}),
+            ("operational_inertia", {**still, **tip}),
+            ("kinematics", {**still, **tip, "v": one["v"]}),
+        ]
+        lines = [json_line(op, fields) for op, fields in asked]
+        answers = run_tool(["solve", str(path), "--modes", str(modes)], lines)
+        self.assertIn("modes", answers[0])
+        self.assertTrue(answers[0]["mode_limit"])
+        workspace = tf.Workspace(model)
+        self.compare(workspace, answers, asked)
+        scene = f"    scenes: [{{name: flexible, modes: [{modes}]}}]\n"
+        with daemon([("arm", "arm7", "fixed")], scene) as (folder, _):
+            called = run_tool(["call", "arm.flexible", "--runtime-dir", folder], lines)
+            with tf.Client("arm.flexible", runtime_dir=folder, connect_timeout=support.WAIT) as c:
+                self.assertEqual(c.modes, model.modes)
+                self.compare(c, called, asked)
+                self.compare(c, answers, asked)
+        reply = workspace.forward_dynamics(**batch)
+        self.assertEqual((reply.flags & tf.ANSWER_MODE_LIMIT).tolist(), [512] + [0] * 20)
+        with tf.Pool(model, 3) as pool:
+            spread = pool.forward_dynamics(**batch)
+        for k in range(21):
+            alone = workspace.forward_dynamics(**{n: f[k] for n, f in batch.items()})
+            for name in ("qdd", "modes"):
+                self.same_bits(reply[name][k], alone[name], f"{name}[{k}]")
+                self.same_bits(spread[name][k], alone[name], f"{name}[{k}] of a pool")
+
     def test_batch_is_its_states(self):
         for file, base, tips in support.ROBOT_LIST:
             model = load(file, base)

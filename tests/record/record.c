@@ -10,6 +10,7 @@
 
 #include "dds/dds_test.h"
 #include "dds_client/dds_client.h"
+#include "models.h"
 #include "record/recording.h"
 #include "record/taps.h"
 #include "test.h"
@@ -236,6 +237,30 @@ TEST(another_model)
     assert_int_equal(recorder_replay(&h, &r, "a.rec", "--rate original"), 0);
     assert_int_equal(recorder_replay(&h, &r, "nothing.rec", ""), 2);
     harness_remove(&h);
+}
+
+/* The modes travel with the settings: the model is the same without their file. */
+TEST(flexible_links)
+{
+    static recorder r;
+    SCOPED_HARNESS h =
+        harness_serve("  - name: arm\n    urdf: @/config/robots/flexible_arm.urdf\n"
+                      "    scenes: [{name: bent, modes: [@/config/robots/flexible_arm.yaml]}]\n",
+                      "");
+    recorder_begin(&h, &r, "arm.bent", "a.rec", "", 0);
+    tfa_client *client = harness_connect(&h, "arm.bent", TFA_WAIT_BLOCK);
+    for (int i = 0; i < 5; i++) {
+        double qdd[2], accelerations[6];
+        const double q[2] = {0.3 * i, 1}, modes[6] = {0.01 * i, 0.001, 0, 0.02, 0, -0.001};
+        tfa_request request = request_fd(q, q, NULL);
+        tfa_reply reply = {.qdd = qdd, .modes = accelerations};
+        request.modes = request.mode_velocities = modes;
+        assert_int_equal(tfa_client_call(client, &request, &reply, WAIT_NS, NULL), TFA_OK);
+    }
+    tfa_client_close(client);
+    assert_int_equal(recorder_end(&r), 0);
+    assert_int_equal(recorder_replay(&h, &r, "a.rec", ""), 0);
+    assert_int_equal(recorder_number(&r, "same bits "), 5);
 }
 
 /* Their status is that of the time, or of the daemon's configuration. */

@@ -118,7 +118,7 @@ TEST(another_version_is_named)
     unsigned char *bytes = read_file(&size);
     bytes[offsetof(tfa_recording_head, version)] = 2;
     assert_int_equal(recording_open(bytes, size, &r, text, sizeof text), -1);
-    assert_string_equal(text, "it is of version 2 of the format, not 4: use the totalforce that "
+    assert_string_equal(text, "it is of version 2 of the format, not 5: use the totalforce that "
                               "recorded it, or record again");
     free(bytes);
     unlink(path);
@@ -267,8 +267,13 @@ TEST(every_word_counts)
 {
     enum { WORDS = 2000 };
     static uint32_t a[WORDS], b[WORDS];
-    const tfa_wire_shape floating = {
-        .base_freedoms = 6, .q_count = 2, .v_count = 2, .frames = 3, .max_batch = 2, .max_tips = 1};
+    const tfa_wire_shape floating = {.base_freedoms = 6,
+                                     .q_count = 2,
+                                     .v_count = 2,
+                                     .frames = 3,
+                                     .modes = 2,
+                                     .max_batch = 2,
+                                     .max_tips = 1};
     for (uint32_t block = 0; block < TFA_WIRE_REPLY_BLOCKS; block++) {
         const uint64_t want =
             UINT64_C(1) << block | (block == TFA_WIRE_SPECTRUM) * TFA_WIRE_BIT(LAMBDA_INV);

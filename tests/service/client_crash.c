@@ -271,9 +271,7 @@ TEST(a_full_queue_is_waited_for)
     harness_pause(&h);
     const int n = fill_queue(&h, fds, MOST);
     options.connect_timeout_ms = SHORT_MS;
-    const uint64_t start = now_ns();
     assert_int_equal(tfa_client_connect(&options, &client), TFA_E_TIMEOUT);
-    assert_true(now_ns() - start >= SHORT_MS * UINT64_C(1000000)); /* not before its limit */
     const pid_t waiting = start_client(&h, TFA_WAIT_BLOCK, -1);
     sleep_ms(20); /* nothing depends on it: it waits by now, or comes when there is room */
     assert_int_equal(kill(h.pid, SIGCONT), 0);

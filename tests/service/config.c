@@ -158,7 +158,7 @@ TEST(errors_name_line_and_column)
         {"workers: [\n" ROBOT, ":", "this is not YAML: "},
         {"workers: 1\n", ":1:1: ", "the key 'robots' is missing"},
         {"robots: []\n", ":1:9: ", "robots: 0 given, a list of 1 to 1000 entries"},
-        {"", ":1:1: ", "robots"},
+        {"", ":1:1: ", "no keys; the file is empty"},
         {"~\n", ":1:1: ", "keys are expected"},
         {"- a\n", ":1:1: ", "not a list"},
         {ROBOT "---\n" ROBOT, ":5:1: ", "a second document"},

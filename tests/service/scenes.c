@@ -10,7 +10,7 @@
 #include <signal.h>
 #include <sys/wait.h>
 #include <totalforce/description.h>
-#include <totalforce/model.h>
+#include <totalforce/modes.h>
 
 #define TIMEOUT_NS WAIT_NS
 #define HUMANOID TFA_SOURCE_DIR "/config/robots/humanoid.urdf"
@@ -51,6 +51,8 @@ static void assert_serves(const harness *h, const char *name, const tfa_model *m
 {
     static const double pose[7] = {0, 0, 1, 0, 0, 0, 1};
     double q[FREEDOMS_MAX], here[FREEDOMS_MAX], there[FREEDOMS_MAX], base[2][6];
+    double modes[2][FREEDOMS_MAX] = {{0}};
+    const uint32_t mode_count = tfa_model_mode_count(model);
     SCOPED_CLIENT *client = harness_connect(h, name, TFA_WAIT_BLOCK);
     const tfa_client_info *info = tfa_client_get_info(client);
     assert_string_equal(info->model_hash, tfa_model_hash_text(model));
@@ -65,13 +67,16 @@ static void assert_serves(const harness *h, const char *name, const tfa_model *m
                                  .refine = TFA_REFINE_DEFAULT,
                                  .count = 1,
                                  .q = q,
+                                 .modes = mode_count ? q : NULL,
                                  .base_pose = info->base_freedoms ? pose : NULL};
-    tfa_reply a = {.qdd = here, .base_acceleration = base[0]};
-    tfa_reply b = {.qdd = there, .base_acceleration = base[1]};
+    tfa_reply a = {.qdd = here, .modes = modes[0], .base_acceleration = base[0]};
+    tfa_reply b = {.qdd = there, .modes = modes[1], .base_acceleration = base[1]};
     SCOPED_WORKSPACE *w = workspace_for(model, NULL);
     assert_int_equal(tfa_compute(w, &request, &a), TFA_OK);
     assert_int_equal(tfa_client_call(client, &request, &b, TIMEOUT_NS, NULL), TFA_OK);
     assert_memory_equal(here, there, info->v_count * sizeof(double));
+    assert_memory_equal(modes[0], modes[1], mode_count * sizeof(double));
+    assert_true(mode_count == 0 || modes[1][0] != 0);
     assert_true(b.model == tfa_model_tag(model));
 }
 
@@ -120,6 +125,52 @@ TEST(example_is_served)
     assert_true(harness_logged(&h, " 18 locked,"));
 }
 
+/* ---- flexible links ---- */
+
+static tfa_model *compile_flexible(const char *text)
+{
+    tfa_modes modes = {0};
+    tfa_report report = {0};
+    assert_int_equal(tfa_modes_parse(text, strlen(text), NULL, &modes, &report), TFA_OK);
+    tfa_report_free(&report);
+    const tfa_scene scene = {.modes = modes.links, .modes_count = modes.count};
+    tfa_model *model = bundled_model("flexible_arm.urdf", &(tfa_model_options){.scene = &scene});
+    tfa_modes_free(&modes);
+    return model;
+}
+
+/* A scene has its file of modes, relative to the configuration; a reload reads it again, and with a
+ * broken one the daemon serves on as before. No specialised kernel is looked for. */
+TEST(modes_are_served)
+{
+    SCOPED_TEXT *text = bundled_text("flexible_arm.yaml");
+    SCOPED_MODEL *rigid = bundled_model("flexible_arm.urdf", NULL);
+    SCOPED_MODEL *flexible = compile_flexible(text);
+    SCOPED_HARNESS h = harness_make("  - name: arm\n    urdf: @/config/robots/flexible_arm.urdf\n"
+                                    "    scenes: [{name: bent, modes: [m.yaml]}]\n",
+                                    "specialise: load\nspecialise_directory: .\n");
+    harness_write(&h, "m.yaml", text);
+    harness_start(&h, "arm");
+    assert_serves(&h, "arm", rigid);
+    assert_serves(&h, "arm.bent", flexible);
+    assert_true(harness_logged(&h, "robot 'arm.bent': the generic kernel answers"));
+    assert_true(harness_logged(&h, "link 'upper_beam' is flexible"));
+    harness_write(&h, "m.yaml", "links: 3\n");
+    harness_reload(&h, NULL, "");
+    assert_true(harness_logged(&h, "m.yaml:1: error: column 8: links: keys are expected here"));
+    assert_true(harness_logged(&h, "reload: refused"));
+    assert_serves(&h, "arm.bent", flexible);
+    char *damping = strstr(text, "damping: ");
+    assert_non_null(damping);
+    damping[strlen("damping: ")] = '1';
+    SCOPED_MODEL *changed = compile_flexible(text);
+    assert_string_not_equal(tfa_model_hash_text(changed), tfa_model_hash_text(flexible));
+    harness_write(&h, "m.yaml", text);
+    harness_reload(&h, NULL, "");
+    assert_true(harness_logged(&h, "reload: done, 1 of 2"));
+    assert_serves(&h, "arm.bent", changed);
+}
+
 /* ---- mistakes ---- */
 
 /* A start and --check say the same. */
@@ -130,6 +181,8 @@ TEST(mistakes_are_named)
     } cases[] = {
         {ARM "    scenes: [{name: s, payload: [{link: tool, mass: 1}]}]\n",
          "c.yaml:5:41: robot 'arm', scene 's': no link 'tool'; nearest: 'tool0', "},
+        {ARM "    scenes: [{name: s, modes: [none.yaml]}]\n",
+         "none.yaml: error: file: cannot be read: No such file"},
         {ARM "    scenes: [{name: s, tips: [tool0, tol0]}]\n",
          "c.yaml:5:38: robot 'arm', scene 's': no link 'tol0'; nearest: 'tool0', "},
         {ARM "    scenes: [{name: s, root: link3}]\n", "no link 'link3'; nearest: 'link_"},

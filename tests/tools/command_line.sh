@@ -10,7 +10,7 @@ says "$work/out" "latency"
 status 0 "$tool" --version
 says "$work/out" "totalforce "
 # those in Python where they are built, which is not with sanitizers
-python=$(cd "$bin" && ls totalforce-chart totalforce-atlas totalforce-drift totalforce-sweep \
+python=$(cd "$bin" && ls totalforce-beam totalforce-chart totalforce-atlas totalforce-drift totalforce-sweep \
     2>/dev/null | sed 's/totalforce-//')
 for command in model solve call latency methods chain specialise $python; do
     status 0 "$tool" $command --help
@@ -99,6 +99,24 @@ status 3 "$tool" model "$data/arm.urdf" --root upper --root lower
 says "$work/err" "--root: given twice"
 status 2 "$tool" model "$data/arm.urdf" --tip nowhere
 says "$work/err" "link 'nowhere': the tip of the scene does not exist"
+# flexible links: files of modes, several of them
+flexible=$data/../../../config/robots/flexible_arm
+status 0 "$tool" model "$flexible.urdf" --modes "$flexible.yaml"
+says "$work/out" "payloads 0, flexible links 2"
+says "$work/out" "  lower_beam               mode 3  up to 0.1"
+status 0 "$tool" model "$flexible.urdf" --modes "$flexible.yaml" --json
+says "$work/out" '"flexible_links": ['
+says "$work/out" '"link": "lower_beam",'
+sed '/lower_beam":/,$d' "$flexible.yaml" >"$work/upper.yaml"
+status 0 "$tool" model "$flexible.urdf" --modes "$work/upper.yaml"
+says "$work/out" "flexible links 1"
+status 2 "$tool" solve "$flexible.urdf" --modes "$work/upper.yaml" --modes "$flexible.yaml"
+says "$work/err" "flexible_arm.urdf: error: link 'upper_beam': its modes are given twice; remove one [modes]"
+sed 's/mass: /mas: /' "$work/upper.yaml" >"$work/wrong.yaml"
+status 2 "$tool" solve "$flexible.urdf" --modes "$work/wrong.yaml"
+says "$work/err" "wrong.yaml:12: error: column 9: links.upper_beam.modes[0]: there is no key 'mas'; write "
+status 2 "$tool" model "$flexible.urdf" --modes "$work/absent.yaml" --json
+says "$work/out" '"text": "file: cannot be read: No such file or directory"'
 status 3 "$tool" call arm --mimic project
 status 2 "$tool" solve "$work/absent.urdf"
 says "$work/err" "absent.urdf"

@@ -12,6 +12,7 @@
 
 static const char *const joints[] = {"hinge", "plane", "free"};
 static const uint32_t types[] = {TFA_JOINT_REVOLUTE, TFA_JOINT_PLANAR, TFA_JOINT_FLOATING};
+static const uint32_t modes[] = {1, 1, 0};
 static const char *const links[] = {"base", "tip"};
 static const tfa_client_info robots[] = {
     {.q_count = 11,
@@ -27,7 +28,9 @@ static const tfa_client_info robots[] = {
      .joint_count = 1,
      .frame_count = 2,
      .joint_names = joints,
-     .frame_names = links},
+     .frame_names = links,
+     .mode_count = 3,
+     .mode_frames = modes},
 };
 
 int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size);

@@ -266,6 +266,57 @@ TEST(test_joints_of_many_freedoms)
     forget(&r);
 }
 
+#define MODES "\"modes\":[1,2,3]"
+
+TEST(test_modes)
+{
+    static const char line[] = "{" FD "," Q "," MODES ",\"mode_velocities\":[4,5,6]}";
+    static const double numbers[] = {1, 2, 3, 4, 5, 6};
+    reading r;
+    read_line(&r, &boom, line, sizeof line - 1);
+    assert_int_equal(r.status, TFA_OK);
+    assert_memory_equal(r.request.modes, numbers, 3 * sizeof *numbers);
+    assert_memory_equal(r.request.mode_velocities, numbers + 3, 3 * sizeof *numbers);
+    assert_non_null(r.reply.modes);
+    forget(&r);
+    read_line(&r, &arm, "{" FD "," Q "}", strlen("{" FD "," Q "}"));
+    assert_null(r.reply.modes);
+    forget(&r);
+    refuse(&arm, "{" FD "," Q "," MODES "}", TFA_E_ARGUMENT,
+           "modes: the robot has no flexible links");
+    refuse(&boom, "{" FD "," Q ",\"mode_velocities\":[1,2]}", TFA_E_SIZE,
+           "mode_velocities: 2 values, must be 3");
+}
+
+TEST(test_refusals_of_modes)
+{
+    static const struct {
+        const char *line;
+        tfa_reply reply;
+        const char *text;
+    } rows[] = {
+        {"{" FD "," Q "," MODES "}",
+         {.status = TFA_E_VALUE, .field = TFA_FIELD_MODES, .index = 2},
+         "modes[2] (lower): 3: not a finite number"},
+        {"{" MM "," Q "}",
+         {.status = TFA_E_UNSUPPORTED, .field = TFA_FIELD_OP},
+         "op: mass_matrix: the robot has flexible links; forward_dynamics, operational_inertia and "
+         "kinematics answer"},
+        {"{" FD "," Q ",\"locked\":[\"pan\"]}",
+         {.status = TFA_E_UNSUPPORTED, .field = TFA_FIELD_LOCKED},
+         "locked: the robot has flexible links; a scene locks joints of such a robot"},
+        {"{" FD "," Q ",\"want\":[\"joint_forces\"]}",
+         {.status = TFA_E_UNSUPPORTED, .field = TFA_FIELD_FLAGS},
+         "want: the robot has flexible links; joint_forces, lambda, mu and p are not answered"},
+        {"{" FD "," Q ",\"payload\":{\"link\":\"lower\",\"mass\":1}}",
+         {.status = TFA_E_UNSUPPORTED, .field = TFA_FIELD_PAYLOADS},
+         "payload: link 'lower' moves with some joints or modes of a body and not with others, "
+         "without mass of its own; load a link at its end"},
+    };
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++)
+        explain(&boom, rows[k].line, &rows[k].reply, rows[k].text);
+}
+
 TEST(test_inconsistent_description)
 {
     tfa_names names;

@@ -10,6 +10,8 @@
 
 /** Joints pan, lift, slide; links base, upper, lower, tool. */
 extern const tfa_client_info arm;
+/** The same with two modes of link upper and one of link lower. */
+extern const tfa_client_info boom;
 /** A floating base that carries a revolute joint, a planar joint and a floating joint. */
 extern const tfa_client_info ship;
 

@@ -20,6 +20,9 @@ chmod o+w "$work"
 status 0 "$tool" model "$data/arm.urdf" --snap 1e-6 --kernels "$work"
 says "$work/out" "can be written by others"
 chmod o-w "$work"
+status 2 "$tool" specialise "$data/../../../config/robots/flexible_arm.urdf" -o "$work" \
+    --modes "$data/../../../config/robots/flexible_arm.yaml"
+says "$work/err" "link 'upper_beam' is flexible, modes are not specialised"
 
 # a signal that ends it ends the compilers, and leaves nothing behind
 mkdir "$work/ended"

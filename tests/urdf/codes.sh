@@ -14,7 +14,8 @@ trap 'rm -rf "$work"' EXIT
 sed -n '/^| code /,/^#/p' "$document" | sed -n 's/^| \(`[^|]*`\) |.*/\1/p' |
     grep -o '`[a-z-]*`' | tr -d '`' | sort -u >"$work/document"
 cat $(find "$@" -name '*.expect') | sed -n 's/.* \[\([a-z-]*\)\]$/\1/p' | sort -u >"$work/expected"
-# What no file can cause: a robot or an option that a program made, and faults behind other checks.
+# What no URDF can cause: a robot or an option that a program made, faults behind other checks, and
+# faults of files of modes (tests/modes).
 cat >"$work/program" <<'END'
 bad-base
 bad-gravity
@@ -23,6 +24,7 @@ bad-quaternion
 bad-snap
 bad-type
 internal
+modes
 no-root
 urdfdom
 END

@@ -10,7 +10,7 @@
 #include <string.h>
 #include <totalforce/description.h>
 
-static void print_report(const tfa_report *report, tfa_severity lowest)
+void print_messages(const tfa_report *report, tfa_severity lowest)
 {
     for (size_t i = 0; i < report->count; i++) {
         if (report->messages[i].severity < lowest)
@@ -54,7 +54,7 @@ char *read_robot(const char *path, size_t *length)
     char *text = NULL;
     if (strcmp(path, "-") != 0) {
         (void)!tfa_urdf_read(path, &text, length, &report);
-        print_report(&report, TFA_ERROR);
+        print_messages(&report, TFA_ERROR);
         tfa_report_free(&report);
     } else if (!(text = read_text(stdin, length))) {
         fprintf(stderr, "%s: error: %s\n", path, strerror(errno));
@@ -95,7 +95,7 @@ tfa_model *load_model(const char *path, const tfa_model_options *options, tfa_se
     int status = strcmp(path, "-") == 0 ? load_standard_input(options, report, &model)
                                         : tfa_model_load(path, options, report, &model);
     int saved = errno;
-    print_report(report, lowest);
+    print_messages(report, lowest);
     if (status == TFA_OK)
         return model;
     if (status == TFA_E_FILE && saved && report->errors == 0)

@@ -17,6 +17,9 @@
 tfa_model *load_model(const char *path, const tfa_model_options *options, tfa_severity lowest,
                       tfa_report *report);
 
+/** Prints the messages at or above `lowest` on stderr, one a line. */
+void print_messages(const tfa_report *report, tfa_severity lowest);
+
 /** The text of a robot ("-": of standard input); free() it. NULL after an error message. */
 char *read_robot(const char *path, size_t *length);
 

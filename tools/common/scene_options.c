@@ -25,6 +25,7 @@ enum {
     KEY_TIP,
     KEY_PAYLOAD,
     KEY_SNAP,
+    KEY_MODES,
 };
 
 static const struct argp_option option_table[] = {
@@ -72,7 +73,11 @@ static const struct argp_option option_table[] = {
      .key = KEY_PAYLOAD,
      .arg = "LINK:MASS[,X,Y,Z[,IXX,IXY,IXZ,IYY,IYZ,IZZ]]",
      .doc = "Load on a link: kg, its centre of mass in m, its inertia about that in kg m^2"},
-    {.doc = "--lock, --tip and --payload may be given several times."},
+    {.name = "modes",
+     .key = KEY_MODES,
+     .arg = "FILE",
+     .doc = "Modes of flexible links, as YAML (`totalforce beam` writes those of a beam)"},
+    {.doc = "--lock, --tip, --payload and --modes may be given several times."},
     {0}};
 
 /* One more of a list; ends the program without memory. */
@@ -118,10 +123,11 @@ static void add_lock(struct argp_state *state, scene_options *o, char *text)
         argp_failure(state, EXIT_FAILED, 0, "%s", tfa_status_text(TFA_E_MEMORY));
 }
 
-static void add_tip(struct argp_state *state, scene_options *o, const char *text)
+static void add_name(struct argp_state *state, const char ***names, uint32_t *count,
+                     const char *text)
 {
-    o->tips = grow(state, o->tips, o->tip_count, sizeof *o->tips);
-    o->tips[o->tip_count++] = text;
+    *names = grow(state, *names, *count, sizeof **names);
+    (*names)[(*count)++] = text;
 }
 
 static void add_payload(struct argp_state *state, scene_options *o, char *text)
@@ -149,7 +155,9 @@ void scene_options_finish(scene_options *o)
     o->scene.tip_count = o->tip_count;
     o->scene.payloads = o->payloads;
     o->scene.payload_count = o->payload_count;
-    if (o->scene.root || o->lock_count || o->tip_count || o->payload_count)
+    o->scene.modes = o->modes.links;
+    o->scene.modes_count = o->modes.count;
+    if (o->scene.root || o->lock_count || o->tip_count || o->payload_count || o->modes.count)
         o->model.scene = &o->scene;
 }
 
@@ -194,10 +202,13 @@ static error_t parse_option(int key, char *text, struct argp_state *state)
         o->scene.root = text;
         return 0;
     case KEY_TIP:
-        add_tip(state, o, text);
+        add_name(state, &o->tips, &o->tip_count, text);
         return 0;
     case KEY_PAYLOAD:
         add_payload(state, o, text);
+        return 0;
+    case KEY_MODES:
+        add_name(state, &o->modes_files, &o->modes_count, text);
         return 0;
     case ARGP_KEY_END:
         scene_options_finish(o);
@@ -233,6 +244,18 @@ static int locks_fit(const scene_options *o, const tfa_model *model)
 tfa_model *load_scene(const char *path, scene_options *options, tfa_severity lowest,
                       tfa_report *report)
 {
+    report->syntax = TFA_SYNTAX_COMMAND_LINE;
+    for (; options->modes_read < options->modes_count; options->modes_read++) {
+        const char *file = options->modes_files[options->modes_read];
+        const int status = tfa_modes_load(file, &options->modes, report);
+        if (status == TFA_OK)
+            continue;
+        print_messages(report, lowest);
+        if (report->errors == 0)
+            fprintf(stderr, "%s: error: %s\n", file, tfa_status_text(status));
+        return NULL;
+    }
+    scene_options_finish(options);
     tfa_model *model = load_model(path, &options->model, lowest, report);
     if (!model || locks_fit(options, model))
         return model;
@@ -246,5 +269,7 @@ void scene_options_free(scene_options *options)
     free(options->lock_list);
     free(options->tips);
     free(options->payloads);
+    free(options->modes_files);
+    tfa_modes_free(&options->modes);
     *options = (scene_options){0};
 }

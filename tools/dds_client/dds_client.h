@@ -96,14 +96,18 @@ typedef struct tfa_dds_torques {
     const double *base_pose;   /**< 7: x y z (m), quaternion x y z w */
     const double *base_twist;  /**< 6, root link frame */
     const double *base_wrench; /**< 6, root link frame */
+    const double *modes;       /**< mode_count; NULL: 0 */
+    const double *mode_velocities; /**< mode_count, 1/s; NULL: 0 */
 } tfa_dds_torques;
 
-/** The answer to one sample. The caller gives qdd and base_acceleration (NULL: not wanted). */
+/** The answer to one sample. The caller gives qdd, base_acceleration and modes (NULL: not
+ *  wanted). */
 typedef struct tfa_dds_accelerations {
     uint64_t seq;              /**< of the torques it answers */
     int64_t stamp;             /**< of the torques it answers */
     double *qdd;               /**< v_count, rad/s^2 or m/s^2 */
     double *base_acceleration; /**< 6, root link frame */
+    double *modes;             /**< mode_count, 1/s^2 */
     int32_t status;            /**< TFA_OK, or why there is no answer */
     tfa_field field;           /**< invalid field of a bad sample */
     uint32_t index;            /**< index in that field */

@@ -76,6 +76,7 @@ static int adopt_robot(tfa_dds_client *client, totalforce_dds_RobotInfo *robot)
                                      .v_count = robot->v_count,
                                      .base_freedoms = robot->base_freedoms,
                                      .frames = robot->frames._length,
+                                     .modes = robot->modes._length,
                                      .max_batch = robot->max_batch,
                                      .max_tips = max_tips};
     client->info = (tfa_client_info){
@@ -89,6 +90,8 @@ static int adopt_robot(tfa_dds_client *client, totalforce_dds_RobotInfo *robot)
         .joint_names = names,
         .joint_types = types,
         .frame_names = names + robot->joints._length,
+        .mode_count = robot->modes._length,
+        .mode_frames = robot->modes._buffer,
         .model_hash = client->hash_text,
     };
     return TFA_OK;

@@ -93,6 +93,8 @@ int tfa_dds_stream_publish(tfa_dds_client *client, const tfa_dds_torques *torque
         .base_pose = alias_array(torques->base_pose, 7 * base),
         .base_twist = alias_array(torques->base_twist, 6 * base),
         .base_wrench = alias_array(torques->base_wrench, 6 * base),
+        .modes = alias_array(torques->modes, client->shape.modes),
+        .mode_velocities = alias_array(torques->mode_velocities, client->shape.modes),
     };
 
     if (client->torques_writer <= 0)
@@ -125,7 +127,8 @@ static int read_accelerations(const tfa_dds_client *client,
         (tfa_answer){sample->status, sample->method, sample->flags, sample->error_estimate};
     if (!copy(out->qdd, &sample->qdd, answered ? client->shape.v_count : 0) ||
         !copy(out->base_acceleration, &sample->base_acceleration,
-              answered ? client->shape.base_freedoms : 0))
+              answered ? client->shape.base_freedoms : 0) ||
+        !copy(out->modes, &sample->modes, answered ? client->shape.modes : 0))
         return TFA_E_PROTOCOL;
     return TFA_OK;
 }

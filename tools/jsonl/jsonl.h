@@ -52,6 +52,7 @@ typedef struct jsonl_array {
 /** Memory for one request and its reply. Written by jsonl_read and by whoever answers. */
 typedef struct jsonl_buffers {
     double *q, *v, *tau, *qdd; /**< q_count, then v_count each: the request */
+    double *modes, *mode_velocities; /**< mode_count each */
     double base_pose[7], base_twist[6], base_wrench[6], base_acceleration[6], gravity[3];
     double wrenches[TFA_MAX_WRENCHES * 6];
     double payloads[TFA_MAX_PAYLOADS * TFA_PAYLOAD_NUMBERS];

@@ -20,7 +20,7 @@ void jsonl_answer_size(const jsonl_answer *answer, const tfa_names *names,
                        const tfa_request *request, size_t *rows, size_t *columns)
 {
     const tfa_extents n = tfa_extents_of(names->q_count, names->v_count, names->base_freedoms,
-                                         names->frame_count, request);
+                                         names->frame_count, names->mode_count, request);
     *rows = tfa_extent(tfa_outputs[answer->block].rows, &n);
     *columns = tfa_extent(tfa_outputs[answer->block].columns, &n);
 }
@@ -46,7 +46,7 @@ int jsonl_point_reply(jsonl_reader *r, tfa_reply *reply)
     for (size_t i = 0; i < jsonl_answer_count; i++) {
         const tfa_output *output = &tfa_outputs[jsonl_answers[i].block];
         size_t rows, columns;
-        if (!tfa_is_printed(output, r->names->base_freedoms, r->request))
+        if (!tfa_is_printed(output, r->names->base_freedoms, r->names->mode_count, r->request))
             continue;
         jsonl_answer_size(&jsonl_answers[i], r->names, r->request, &rows, &columns);
         int status = reserve(r, i, rows, columns);

@@ -42,6 +42,7 @@ extern const struct argp jsonl_argp;
     "  derivatives          v, tau, wrench -> dqdd_dq, dqdd_dv, dqdd_dtau\n"                       \
     "q, v, tau, qdd are arrays in joint order (`totalforce model --json` prints it) or objects "   \
     "{joint: value}. A floating base has base_pose, base_twist, base_wrench, base_acceleration. "  \
+    "Flexible links have modes, mode_velocities. "                                                 \
     "Every op also answers \"want\":[...]: jacobian, bias_acceleration, twist and pose of tips, "  \
     "poses (of all links), com, momentum, energy; with lambda_inv spectrum, lambda, mu, p. "       \
     "Optional: tips (1 to 32 links), rows (pose, point), frame (world, local, "                    \

@@ -214,6 +214,8 @@ static void print_quality(FILE *out, const tfa_answer *answer)
         fprintf(out, ",\"fallback\":true,\"reason\":\"%s\"", tfa_fallback_text(answer->flags));
     if (answer->flags & TFA_ANSWER_RESIDUAL_PRECISION)
         fputs(",\"residual_precision\":true", out);
+    if (answer->flags & TFA_ANSWER_MODE_LIMIT)
+        fputs(",\"mode_limit\":true", out);
 }
 
 void jsonl_print_reply(FILE *out, const json_t *id, const tfa_names *names,

@@ -20,6 +20,15 @@ static int read_base(jsonl_reader *r, const json_t *value, size_t count, double 
     return jsonl_numbers(r, value, count, out);
 }
 
+/* The same of modes */
+static int read_modes(jsonl_reader *r, const json_t *value, size_t unused, double *out)
+{
+    (void)unused;
+    if (r->names->mode_count == 0)
+        return jsonl_fail(r->error, TFA_E_ARGUMENT, "%s: the robot has no flexible links", r->key);
+    return jsonl_numbers(r, value, r->names->mode_count, out);
+}
+
 /* Readers of numbers into the member of the same name: jsonl_read_KEY */
 #define READER(key, member, read, how)                                                             \
     static int jsonl_read_##key(jsonl_reader *r, const json_t *value)                              \
@@ -37,6 +46,8 @@ READER(base_twist, base_twist, read_base, 6)
 READER(base_wrench, base_wrench, read_base, 6)
 READER(base_acceleration, base_acceleration, read_base, 6)
 READER(gravity, gravity, jsonl_numbers, 3)
+READER(modes, modes, read_modes, 0)
+READER(mode_velocities, mode_velocities, read_modes, 0)
 #undef READER
 
 static int jsonl_read_wrench(jsonl_reader *r, const json_t *value)

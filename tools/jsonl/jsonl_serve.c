@@ -15,11 +15,13 @@
 int jsonl_buffers_init(jsonl_buffers *buffers, const tfa_names *names)
 {
     *buffers = (jsonl_buffers){0};
-    double **arrays[] = {&buffers->q, &buffers->v, &buffers->tau, &buffers->qdd};
+    double **arrays[] = {&buffers->q,   &buffers->v,     &buffers->tau,
+                         &buffers->qdd, &buffers->modes, &buffers->mode_velocities};
+    const size_t v = names->v_count,
+                 counts[] = {names->q_count, v, v, v, names->mode_count, names->mode_count};
     int allocated = 1;
     for (size_t i = 0; i < sizeof arrays / sizeof arrays[0]; i++) {
-        size_t count = i == 0 ? names->q_count : names->v_count;
-        *arrays[i] = calloc(count + 1, sizeof(double));
+        *arrays[i] = calloc(counts[i] + 1, sizeof(double));
         allocated &= *arrays[i] != NULL;
     }
     buffers->locked = calloc(names->v_count + (size_t)1, sizeof *buffers->locked);
@@ -40,6 +42,8 @@ void jsonl_buffers_free(jsonl_buffers *buffers)
     free(buffers->v);
     free(buffers->tau);
     free(buffers->qdd);
+    free(buffers->modes);
+    free(buffers->mode_velocities);
     free(buffers->locked);
     free(buffers->named);
     *buffers = (jsonl_buffers){0};
@@ -151,20 +155,21 @@ typedef struct server {
     const jsonl_backend *backend;
     const jsonl_defaults *defaults;
     jsonl_buffers buffers;
-    uint32_t q_count, v_count, base_freedoms;
+    uint32_t q_count, v_count, base_freedoms, mode_count;
     int ready;
 } server;
 
 static int fit_buffers(server *s, const tfa_names *names, jsonl_error *error)
 {
     if (s->ready && s->q_count == names->q_count && s->v_count == names->v_count &&
-        s->base_freedoms == names->base_freedoms)
+        s->base_freedoms == names->base_freedoms && s->mode_count == names->mode_count)
         return TFA_OK;
     if (s->ready)
         jsonl_buffers_free(&s->buffers);
     s->q_count = names->q_count;
     s->v_count = names->v_count;
     s->base_freedoms = names->base_freedoms;
+    s->mode_count = names->mode_count;
     s->ready = jsonl_buffers_init(&s->buffers, names) == TFA_OK;
     return s->ready ? TFA_OK : jsonl_fail(error, TFA_E_MEMORY, "no memory for a request");
 }

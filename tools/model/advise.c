@@ -179,6 +179,10 @@ int advise_locks(const tfa_model *model, const char *urdf, scene_options *option
 {
     states s = {0};
     int result = EXIT_FAILED;
+    if (tfa_model_mode_count(model)) {
+        fprintf(stderr, "totalforce model: --advise: not for flexible links; leave out --modes\n");
+        return EXIT_FAILED;
+    }
     if (tfa_names_of_model(&s.names, model) != TFA_OK) {
         fprintf(stderr, "totalforce model: %s\n", tfa_status_text(TFA_E_MEMORY));
         return EXIT_FAILED;

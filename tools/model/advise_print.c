@@ -9,6 +9,7 @@
 #include "jsonl/jsonl.h"
 
 #include <ctype.h>
+#include <stdbool.h>
 #include <stdlib.h>
 
 static void print_list(const double *x, uint32_t count)
@@ -103,18 +104,26 @@ static void print_payloads(const scene_options *o)
     }
 }
 
+static void print_names(const char *key, const char *const *names, uint32_t count, bool are_files)
+{
+    if (count)
+        printf("        %s:\n", key);
+    for (uint32_t k = 0; k < count; k++) {
+        char *file = are_files ? realpath(names[k], NULL) : NULL;
+        fputs("          - ", stdout);
+        jsonl_print_string(stdout, file ? file : names[k]);
+        fputc('\n', stdout);
+        free(file);
+    }
+}
+
 static void print_scene(const scene_options *o, const tfa_advice *advice)
 {
     puts("    scenes:\n      - name: advised");
     if (o->scene.root)
         print_key("        ", "root", o->scene.root);
-    if (o->tip_count)
-        puts("        tips:");
-    for (uint32_t k = 0; k < o->tip_count; k++) {
-        fputs("          - ", stdout);
-        jsonl_print_string(stdout, o->tips[k]);
-        fputc('\n', stdout);
-    }
+    print_names("tips", o->tips, o->tip_count, false);
+    print_names("modes", o->modes_files, o->modes_count, true);
     if (o->payload_count)
         print_payloads(o);
     if (o->lock_count)

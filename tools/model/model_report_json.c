@@ -110,6 +110,17 @@ static void add_joints(json_t *root, const tfa_model *model)
     json_object_set_new(root, "joint_details", details);
 }
 
+static json_t *modes(const tfa_model *model)
+{
+    json_t *list = json_array();
+    for (uint32_t i = 0; i < tfa_model_mode_count(model); i++) {
+        const tfa_mode_info mode = tfa_model_mode(model, i);
+        json_array_append_new(list, json_pack("{so si so}", "link", text_of(mode.link), "index",
+                                              (int)mode.index, "limit", number(mode.limit)));
+    }
+    return list;
+}
+
 /* Every joint of the file and its fate */
 static json_t *declared(const tfa_model *model)
 {
@@ -161,7 +172,8 @@ static json_t *scene(const tfa_scene *s)
 {
     if (!s)
         return json_null();
-    json_t *tips = json_array(), *locks = json_array(), *payloads = json_array();
+    json_t *tips = json_array(), *locks = json_array(), *payloads = json_array(),
+           *flexible = json_array();
     for (size_t i = 0; i < s->tip_count; i++)
         json_array_append_new(tips, text_of(s->tips[i]));
     for (size_t i = 0; i < s->lock_count; i++)
@@ -169,8 +181,10 @@ static json_t *scene(const tfa_scene *s)
     for (size_t i = 0; i < s->payload_count; i++)
         json_array_append_new(payloads, json_pack("{so sf}", "link", text_of(s->payloads[i].link),
                                                   "mass", s->payloads[i].mass));
-    return json_pack("{so so so so}", "root", s->root ? text_of(s->root) : json_null(), "tips",
-                     tips, "locks", locks, "payloads", payloads);
+    for (size_t i = 0; i < s->modes_count; i++)
+        json_array_append_new(flexible, text_of(s->modes[i].link));
+    return json_pack("{so so so so so}", "root", s->root ? text_of(s->root) : json_null(), "tips",
+                     tips, "locks", locks, "payloads", payloads, "flexible_links", flexible);
 }
 
 static json_t *frames(const tfa_model *model)
@@ -190,6 +204,7 @@ static void add_model(json_t *root, const model_report *r)
     json_object_set_new(root, "policies", policies(&r->options->model));
     json_object_set_new(root, "scene", scene(r->options->model.scene));
     add_joints(root, model);
+    json_object_set_new(root, "modes", modes(model));
     json_object_set_new(root, "q_count", json_integer(s.q_count));
     json_object_set_new(root, "v_count", json_integer(s.v_count));
     json_object_set_new(root, "link_count", json_integer(s.links));

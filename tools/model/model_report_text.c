@@ -26,9 +26,9 @@ static void print_policies(const model_report *r)
         printf("  right angles within %g rad are exact\n", o->snap);
     if (!scene)
         return;
-    printf("  scene: root %s, tips %zu, locks %zu, payloads %zu\n",
+    printf("  scene: root %s, tips %zu, locks %zu, payloads %zu, flexible links %zu\n",
            scene->root ? scene->root : "as in the file", scene->tip_count, scene->lock_count,
-           scene->payload_count);
+           scene->payload_count, scene->modes_count);
 }
 
 static void print_counts(const model_report *r, const tfa_model_summary *s)
@@ -76,6 +76,19 @@ static void print_joints(const tfa_model *model)
                tfa_model_body_name(model, joint.body));
         if (joint.armature > 0)
             printf("  armature %g", joint.armature);
+        putchar('\n');
+    }
+}
+
+static void print_modes(const tfa_model *model)
+{
+    if (tfa_model_mode_count(model))
+        printf("  modes (order of modal coordinates; bound of each)\n");
+    for (uint32_t i = 0; i < tfa_model_mode_count(model); i++) {
+        const tfa_mode_info mode = tfa_model_mode(model, i);
+        printf("    %3" PRIu32 "  %-24s mode %" PRIu32, i, mode.link, mode.index + 1);
+        if (isfinite(mode.limit))
+            printf("  up to %g", mode.limit);
         putchar('\n');
     }
 }
@@ -193,6 +206,7 @@ int model_report_print_text(const model_report *r)
     print_counts(r, &s);
     print_plan(r, &s);
     print_joints(r->model);
+    print_modes(r->model);
     print_bodies(r);
     printf("  merged (body <- links kept as frames)\n");
     print_merged(r, r->bodies, "(world)");

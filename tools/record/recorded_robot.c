@@ -10,6 +10,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <totalforce/modes.h>
 
 #define BATCH_MAX 65536 /* of the daemon's configuration */
 
@@ -45,6 +46,7 @@ static void read_shape(const json_t *json, recorded_robot *r)
                                 .v_count = number_of(shape, "v_count"),
                                 .base_freedoms = number_of(shape, "base_freedoms"),
                                 .frames = number_of(shape, "frames"),
+                                .modes = number_of(shape, "modes"),
                                 .max_batch = number_of(shape, "max_batch"),
                                 .max_tips = number_of(shape, "max_tips")};
     r->workspace = (tfa_workspace_options){
@@ -101,7 +103,8 @@ int recorded_robot_fits(const recorded_robot *r, const tfa_model *model)
     return tfa_model_q_count(model) == r->shape.q_count &&
            tfa_model_v_count(model) == r->shape.v_count &&
            tfa_model_base_freedoms(model) == r->shape.base_freedoms &&
-           tfa_model_frame_count(model) == r->shape.frames;
+           tfa_model_frame_count(model) == r->shape.frames &&
+           tfa_model_mode_count(model) == r->shape.modes;
 }
 
 /* ---- the model ---- */
@@ -112,6 +115,7 @@ typedef struct scene_lists {
     const char **tips;
     tfa_lock *locks;
     tfa_payload *payloads;
+    tfa_modes modes;
 } scene_lists;
 
 static void free_scene(scene_lists *s)
@@ -119,11 +123,24 @@ static void free_scene(scene_lists *s)
     free(s->tips);
     free(s->locks);
     free(s->payloads);
+    tfa_modes_free(&s->modes);
 }
 
 static const char *or_empty(const char *text)
 {
     return text ? text : ""; /* no such link or joint: the report says so */
+}
+
+/* JSON is YAML: that of a side file. @return TFA_OK; errors of tfa_modes_parse */
+static int read_modes(const json_t *json, tfa_modes *modes, tfa_report *report)
+{
+    char *text = json ? json_dumps(json, 0) : NULL;
+    const int status =
+        text   ? tfa_modes_parse(text, strlen(text), "modes of the recording", modes, report)
+        : json ? TFA_E_MEMORY
+               : TFA_OK;
+    free(text);
+    return status;
 }
 
 /* @return TFA_OK, TFA_E_MEMORY */
@@ -158,7 +175,9 @@ static int read_scene(const json_t *json, scene_lists *s)
                            .locks = s->locks,
                            .lock_count = lock_count,
                            .payloads = s->payloads,
-                           .payload_count = payload_count};
+                           .payload_count = payload_count,
+                           .modes = s->modes.links,
+                           .modes_count = s->modes.count};
     return TFA_OK;
 }
 
@@ -188,6 +207,8 @@ static int compile(const json_t *json, tfa_description *description, tfa_report 
     scene_lists lists = {0};
     (void)numbers_of(json, "gravity", gravity, 3);
     int status = set_armature(json_object_get(json, "armature"), description);
+    if (status == TFA_OK && json_is_object(scene))
+        status = read_modes(json_object_get(scene, "modes"), &lists.modes, report);
     if (status == TFA_OK && json_is_object(scene))
         status = read_scene(scene, &lists);
     const tfa_model_options options = {.base = (tfa_base)number_of(json, "base"),

@@ -223,9 +223,9 @@ static int connect_to(replay *r)
     const tfa_client_info *info = daemon_info(r->daemon);
     const tfa_wire_shape *s = &r->robot.shape;
     const int result = check_hash(r, options.robot, info->model_hash);
-    if (result == EXIT_GOOD &&
-        (info->q_count != s->q_count || info->v_count != s->v_count ||
-         info->base_freedoms != s->base_freedoms || info->frame_count != s->frames))
+    if (result == EXIT_GOOD && (info->q_count != s->q_count || info->v_count != s->v_count ||
+                                info->base_freedoms != s->base_freedoms ||
+                                info->frame_count != s->frames || info->mode_count != s->modes))
         return fail("%s: other joints or links than the recording of robot '%s'", options.robot,
                     r->robot.robot);
     return result;

@@ -6,6 +6,7 @@
 #include "dynamics/chain/chain.h"
 
 #include "dynamics/core/aba_step.h"
+#include "dynamics/core/modes.h"
 
 /* Classifies bodies: on the chain, or on its side branches. Only the chain's own tree takes
  * part. */
@@ -27,11 +28,15 @@ static inline void backward_side_branches(struct state *s, const num *tau, int f
 {
     const struct tfa_model *m = s->m;
     for (uint32_t i = 0; i < m->bodies; i++)
-        if (s->side[i])
+        if (s->side[i]) {
             aba_backward_start(s, i, flags);
+            modes_start(s, i, tau, flags);
+        }
     for (uint32_t i = m->bodies; i-- > 0;)
-        if (s->side[i] == SIDE)
+        if (s->side[i] == SIDE) {
+            modes_eliminate(s, i, flags);
             aba_backward_step(s, i, tau, flags);
+        }
 }
 
 int TFA_V(chain_reduce_branches)(struct state *s, const struct tfa_chain *chain, int inverts)
@@ -42,7 +47,7 @@ int TFA_V(chain_reduce_branches)(struct state *s, const struct tfa_chain *chain,
             return TFA_E_SINGULAR;
         }
     mark(s, chain);
-    backward_side_branches(s, NULL, ABA_INERTIA);
+    backward_side_branches(s, NULL, ABA_INERTIA | ABA_MODES);
     return TFA_OK;
 }
 
@@ -76,8 +81,11 @@ static void forward_side_branches(struct state *s, const struct tfa_chain *chain
 {
     const int products = chain_has_velocity_products(s, bias);
     for (uint32_t i = chain->first; i < chain->end; i++)
-        if (s->side[i] == SIDE)
-            aba_forward_step(s, i, s->a[s->body[i].parent], qdd, products);
+        if (s->side[i] == SIDE) {
+            const svec parent = modes_at_handle(s, s->body[i].handle, s->a[s->body[i].parent], qdd);
+            aba_forward_step(s, i, parent, qdd, products);
+            modes_forward(s, i, qdd);
+        }
 }
 
 void TFA_V(chain_solve)(struct state *s, const struct chain_method *method, const num *tau,
@@ -88,9 +96,9 @@ void TFA_V(chain_solve)(struct state *s, const struct chain_method *method, cons
         const struct tfa_chain *chain = &s->m->chain[t];
         mark(s, chain);
         if (chain_has_velocity_products(s, bias))
-            backward_side_branches(s, tau, ABA_FORCE | ABA_BIAS);
+            backward_side_branches(s, tau, ABA_FORCE | ABA_BIAS | ABA_MODES);
         else
-            backward_side_branches(s, tau, ABA_FORCE);
+            backward_side_branches(s, tau, ABA_FORCE | ABA_MODES);
         method->solve(s, chain, rows, tau, qdd, bias);
         if (chain->end - chain->first > chain->length)
             forward_side_branches(s, chain, qdd, bias);

@@ -85,6 +85,13 @@ static inline int chain_has(const struct state *s, const struct tfa_chain *chain
     return k < chain->length && chain->body[k] == (uint32_t)body;
 }
 
+/* The handle of the flexible body at place k that carries the next one on the chain; -1: none */
+static inline int32_t handle_of_next(const struct state *s, const struct tfa_chain *chain,
+                                     uint32_t k)
+{
+    return k + 1 < chain->length ? s->body[chain->body[k + 1]].handle : -1;
+}
+
 /* Whether velocity products count: with a bias, and when anything moves */
 static inline int chain_has_velocity_products(const struct state *s, int bias)
 {

@@ -24,6 +24,7 @@
 #include "dynamics/chain/chain.h"
 #include "dynamics/chain/joint_basis.h"
 #include "dynamics/chain/tfa_row.h"
+#include "dynamics/core/modes.h"
 
 /* Body k of the chain, and the assembly at its joint. */
 struct subassembly {
@@ -217,13 +218,58 @@ static void assemble_pair(struct state *s, uint32_t i, struct subassembly *A, st
         }
 }
 
+/* A flexible body whose outboard handle moves with its modes: with J = IA of modes.h, Phi of the
+ * handle, A = 1 - Phi D^-1 W and C = Phi D^-1 Phi^T
+ *   P1 = J^-1,  P12 = J^-1 A^T,  P2 = A J^-1 A^T + C */
+static void flexible_start(const struct state *s, uint32_t i, int32_t handle, struct subassembly *h)
+{
+    num psi[6 * TFA_MAX_LINK_MODES], phi[6 * TFA_MAX_LINK_MODES], AJA[36];
+    svec P[6]; /* columns of A^T */
+    for (int e = 0; e < 6; e++) {
+        P[e] = sv_zero();
+        sv_put(&P[e], e, num_of(1));
+    }
+    const uint32_t n = TFA_V(modes_propagate)(s, i, handle, P, psi, phi);
+    for (int e = 0; e < 6; e++) {
+        num column[6];
+        sv_store(column, s6_mul(&h->Iinv, P[e]));
+        for (int f = 0; f < 6; f++) {
+            h->P12[6 * f + e] = column[f];
+            AJA[6 * f + e] = sv_dot(P[f], sv_from(column));
+        }
+    }
+    for (uint32_t k = 0; k < n; k++)
+        for (int e = 0; e < 6; e++)
+            for (int f = 0; f < 6; f++)
+                AJA[6 * e + f] += psi[6 * k + (uint32_t)e] * phi[6 * k + (uint32_t)f];
+    h->P2 = s6_from_dense(AJA);
+}
+
+/* The body's acceleration by the force f1 on it and f2 on its handle, and that of its modes. s->pA
+ * stays as it was. */
+static svec flexible_solve(struct state *s, uint32_t i, int32_t handle, const sym6 *Iinv, svec f1,
+                           svec f2, num *qdd)
+{
+    const svec p = s->pA[i];
+    if (handle >= 0)
+        TFA_V(modes_add_force)(s, handle, sv_neg(f2));
+    s->pA[i] = sv_sub(p, f2);
+    TFA_V(modes_eliminate_body)(s, i, ABA_FORCE);
+    s->a[i] = s6_mul(Iinv, sv_sub(f1, s->pA[i]));
+    TFA_V(modes_forward_body)(s, i, qdd);
+    s->pA[i] = p;
+    return s->a[i];
+}
+
 static int subassemblies_start(struct state *s, const struct tfa_chain *chain,
                                struct subassembly *subassembly)
 {
     for (uint32_t k = 0; k < chain->length; k++) {
         const uint32_t i = chain->body[k];
         struct subassembly *h = &subassembly[k];
-        if (!(s->side[i] & HAS_BRANCH)) {
+        if (s->body[i].flexible >= 0)
+            TFA_V(modes_eliminate_body)(s, i, ABA_INERTIA);
+        if (!(s->side[i] & HAS_BRANCH) && s->body[i].flexible < 0) {
             h->Iinv = s->Iinv[i];
         } else if (!s6_invert(&s->IA[i], &h->Iinv)) {
             s->bad_body = (int32_t)i;
@@ -231,6 +277,8 @@ static int subassemblies_start(struct state *s, const struct tfa_chain *chain,
         }
         h->P1 = h->P2 = h->Iinv;
         s6_dense(h->P12, &h->Iinv);
+        if (handle_of_next(s, chain, k) >= 0)
+            flexible_start(s, i, handle_of_next(s, chain, k), h);
     }
     return TFA_OK;
 }
@@ -274,11 +322,18 @@ static inline svec multiply(const num *A, svec x)
 
 /* Assembly: b1 and b2 of all subassemblies, beta_0 of all joints */
 static void assemble(struct state *s, const struct tfa_chain *chain,
-                     struct subassembly *subassembly, const num *tau, int products)
+                     struct subassembly *subassembly, const num *tau, num *qdd, int products)
 {
-    for (uint32_t k = 0; k < chain->length; k++)
-        subassembly[k].b1 = subassembly[k].b2 =
-            sv_sub(sv_zero(), s6_mul(&subassembly[k].Iinv, s->pA[chain->body[k]]));
+    for (uint32_t k = 0; k < chain->length; k++) {
+        const uint32_t i = chain->body[k];
+        struct subassembly *h = &subassembly[k];
+        if (s->body[i].flexible < 0) {
+            h->b1 = h->b2 = sv_sub(sv_zero(), s6_mul(&h->Iinv, s->pA[i]));
+            continue;
+        }
+        h->b1 = flexible_solve(s, i, -1, &h->Iinv, sv_zero(), sv_zero(), qdd);
+        h->b2 = modes_at_handle(s, handle_of_next(s, chain, k), h->b1, qdd);
+    }
     for (size_t half = 1; half < chain->length; half *= 2)
         for (size_t m = half; m < chain->length; m += 2 * half) {
             const uint32_t i = chain->body[m];
@@ -320,7 +375,7 @@ static void solve(struct state *s, const struct tfa_chain *chain, void *rows, co
     const uint32_t root = chain->body[0];
     const struct tfa_body *b = &s->body[root];
     const int products = chain_has_velocity_products(s, bias);
-    assemble(s, chain, subassembly, tau, products);
+    assemble(s, chain, subassembly, tau, qdd, products);
     svec beta = sv_sub(xform_motion(&s->X[root], chain_ground(s, bias)), subassembly[0].b1);
     if (products)
         beta = sv_add(beta, s->c[root]);
@@ -329,7 +384,10 @@ static void solve(struct state *s, const struct tfa_chain *chain, void *rows, co
     disassemble(s, chain, subassembly, tau, qdd);
     for (uint32_t k = 0; k < chain->length; k++) {
         const uint32_t i = chain->body[k];
-        if (s->side[i] & HAS_BRANCH)
+        if (s->body[i].flexible >= 0)
+            (void)flexible_solve(s, i, handle_of_next(s, chain, k), &subassembly[k].Iinv,
+                                 subassembly[k].f1, subassembly[k].f2, qdd);
+        else if (s->side[i] & HAS_BRANCH)
             s->a[i] = s6_mul(&subassembly[k].Iinv,
                              sv_sub(sv_add(subassembly[k].f1, subassembly[k].f2), s->pA[i]));
     }

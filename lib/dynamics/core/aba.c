@@ -4,7 +4,7 @@
  * The articulated-body algorithm. Featherstone 2008, table 7.1, in link frames.
  */
 #include "dynamics/core/aba_step.h"
-#include "dynamics/core/recursions.h"
+#include "dynamics/core/modes.h"
 
 static inline void inward(struct state *s, const num *tau, int flags)
 {
@@ -28,20 +28,35 @@ static inline void outward(struct state *s, svec ground, num *qdd, int bias)
 void TFA_V(aba)(struct state *s, const num *tau, num *qdd)
 {
     const svec ground = {v3_zero(), v3_neg(s->gravity)};
-    aba_backward_pass(s, tau, s->moving, s->have & HAVE_ABA, inward);
+    if (HAS_MODES(s))
+        aba_backward_pass(s, tau, s->moving, s->have & HAVE_ABA, TFA_V(modes_inward));
+    else
+        aba_backward_pass(s, tau, s->moving, s->have & HAVE_ABA, inward);
     have_aba(s);
-    outward(s, ground, qdd, s->moving);
+    if (HAS_MODES(s))
+        TFA_V(modes_outward)(s, ground, qdd, s->moving);
+    else
+        outward(s, ground, qdd, s->moving);
 }
 
 void TFA_V(aba_factor)(struct state *s)
 {
-    if (!(s->have & HAVE_ABA))
+    if (s->have & HAVE_ABA)
+        return;
+    if (HAS_MODES(s))
+        TFA_V(modes_inward)(s, NULL, ABA_INERTIA);
+    else
         inward(s, NULL, ABA_INERTIA);
     have_aba(s);
 }
 
 void TFA_V(aba_solve)(struct state *s, const num *tau, num *qdd)
 {
+    if (HAS_MODES(s)) {
+        TFA_V(modes_inward)(s, tau, ABA_FORCE);
+        TFA_V(modes_outward)(s, sv_zero(), qdd, 0);
+        return;
+    }
     inward(s, tau, ABA_FORCE);
     outward(s, sv_zero(), qdd, 0);
 }

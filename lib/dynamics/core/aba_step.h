@@ -84,7 +84,8 @@ TFA_INLINE void aba_backward_revolute(struct state *s, uint32_t i, const body_co
     if (flags & ABA_FORCE) {
         pa = revolute_force(pa, k, u);
         if (flags & ABA_BIAS)
-            pa = revolute_add_bias(pa, &Ia, s->c[i]);
+            pa = flags & ABA_MODES && body_handle(b) >= 0 ? sv_add(pa, s6_mul(&Ia, s->c[i]))
+                                                          : revolute_add_bias(pa, &Ia, s->c[i]);
         add_force_to_parent(s, i, force_to_parent(s, i, b, pa), flags);
     }
     if (flags & ABA_INERTIA) {

@@ -5,8 +5,9 @@
  */
 #include "dynamics/core/frame.h"
 
-#include "dynamics/core/unit_wrenches.h"
+#include "dynamics/core/modes.h"
 #include "layout/body.h"
+#include "spatial/unit_wrenches.h"
 
 /* Rotation from world axes to the axes of a body */
 static mat3 world_axes(const struct state *s, int32_t body)
@@ -29,12 +30,14 @@ static vec3 world_origin(const struct state *s, int32_t body)
     return o;
 }
 
-xform TFA_V(frame_behind_parts)(const struct state *s, uint32_t frame)
+xform TFA_V(frame_moved)(const struct state *s, uint32_t frame)
 {
     const struct tfa_frame *f = &s->m->frame[frame];
     const struct tfa_body *b = &s->body[f->body];
     xform at = frame_xform(s->m, frame);
-    for (uint32_t k = f->part; k < b->n; k++) {
+    if (f->handle >= 0)
+        TFA_V(modes_move_frame)(s, f->handle, &at);
+    for (uint32_t k = f->part; f->part && k < b->n; k++) {
         const xform *P = &s->joint_nd[b->joint_nd].part[k];
         at = (xform){m3_mm(P->E, at.E), m3_mul(P->E, v3_sub(at.r, P->r))};
     }

@@ -19,14 +19,16 @@ int32_t TFA_V(frame_at)(const struct state *s, uint32_t frame, tfa_reference_fra
 int32_t TFA_V(frame_columns)(const struct state *s, uint32_t frame, tfa_reference_frame mode,
                              svec P[6]);
 
-/* frame_in_body of a frame on a part of a fused joint: carried on by the parts behind it */
-xform TFA_V(frame_behind_parts)(const struct state *s, uint32_t frame);
+/* frame_in_body of a frame that moves in its body: on a part of a fused joint, carried on by the
+ * parts behind it; on a handle of a flexible link */
+xform TFA_V(frame_moved)(const struct state *s, uint32_t frame);
 
 /* The axes (columns, E) and the origin (r) of a frame in the coordinates of its body, or in the
- * world if it is fixed there. Needs the pose if it is on a part. */
+ * world if it is fixed there. Needs the pose if it moves there. */
 static inline xform frame_in_body(const struct state *s, uint32_t frame)
 {
-    return s->m->frame[frame].part ? TFA_V(frame_behind_parts)(s, frame) : frame_xform(s->m, frame);
+    const struct tfa_frame *f = &s->m->frame[frame];
+    return f->part || f->handle >= 0 ? TFA_V(frame_moved)(s, frame) : frame_xform(s->m, frame);
 }
 
 /* How many freedoms of its body's joint move a frame: all, but for one inside a fused joint. */

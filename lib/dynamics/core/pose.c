@@ -3,8 +3,8 @@
  *
  * Joint transforms from joint coordinates: X_i = Z(q_i) T_i.
  */
+#include "dynamics/core/modes.h"
 #include "dynamics/core/pose_step.h"
-#include "dynamics/core/recursions.h"
 
 void TFA_V(unit_axes)(struct state *s)
 {
@@ -42,5 +42,7 @@ void TFA_V(pose)(struct state *s)
         for (uint32_t i = s->span[k].first; i < s->span[k].end; i++)
             if (!(s->locked && s->constraint[i] & CONSTRAINT_SKIPPED))
                 pose_body(s, i);
+    if (HAS_MODES(s))
+        TFA_V(modes_pose)(s);
     s->have |= HAVE_POSE;
 }

@@ -5,8 +5,8 @@
  * (perturb.h). A residual shows the loss of a method, but not the rounding of pose, velocities and
  * the residual itself, which every method shares.
  */
+#include "dynamics/core/modes.h"
 #include "dynamics/core/perturb.h"
-#include "dynamics/core/recursions.h"
 #include "dynamics/core/rnea_step.h"
 #include "layout/parent_transfer.h"
 
@@ -33,11 +33,13 @@ static inline svec velocity_abs(const struct state *s, const body_constants *b, 
 
 /* a_i and f_i as in rnea, each perturbed */
 static inline void outward_perturbed(struct state *s, uint32_t i, svec ground, const num *qdd,
-                                     int products)
+                                     num *tau, int products)
 {
     const struct perturb_start start = perturb_start(s, i);
     const body_constants *b = body_constants_of(s, i);
-    const svec before = parent_motion(b, s->a, ground);
+    svec before = parent_motion(b, s->a, ground);
+    if (HAS_MODES(s))
+        before = TFA_V(modes_parent)(s, i, before, qdd);
     const xform X = xform_abs(&s->X[i], b->n == 1);
     svec a = xform_motion(&s->X[i], before), size = xform_motion_abs(&X, sv_abs(before)),
          f = sv_zero();
@@ -50,6 +52,8 @@ static inline void outward_perturbed(struct state *s, uint32_t i, svec ground, c
         f = sv_add(f, sv_abs(s->wrench[i]));
     }
     euler_out(s, i, sv_perturb(a, size, &start, 0), qdd, products ? &s->p[i] : NULL);
+    if (HAS_MODES(s))
+        TFA_V(modes_euler)(s, i, qdd, tau, products);
     f = sv_add(f, rigid_mul_abs(body_I(b), body_h(b), body_mass(b), sv_abs(s->a[i])));
     s->f[i] = sv_perturb(s->f[i], f, &start, 6);
 }
@@ -66,15 +70,17 @@ static inline void inward_perturbed(struct state *s, uint32_t i, const num *qdd,
         return;
     const xform X = xform_abs(&s->X[i], b->n == 1);
     const svec size = xform_t_force_abs(&X, sv_abs(s->f[i]));
-    add_force_to_parent(s, i, sv_perturb(xform_t_force(&s->X[i], s->f[i]), size, &start, 12),
-                        ABA_FULL_SWEEP);
+    const svec up = sv_perturb(xform_t_force(&s->X[i], s->f[i]), size, &start, 12);
+    if (HAS_MODES(s))
+        TFA_V(modes_euler_parent)(s, i, up, tau);
+    add_force_to_parent(s, i, up, ABA_FULL_SWEEP);
 }
 
 void TFA_V(rnea_perturbed)(struct state *s, const num *qdd, num *tau, int bias)
 {
     const svec ground = {v3_zero(), bias ? v3_neg(s->gravity) : v3_zero()};
     for (uint32_t i = 0; i < s->bodies; i++)
-        outward_perturbed(s, i, ground, qdd, bias && s->moving);
+        outward_perturbed(s, i, ground, qdd, tau, bias && s->moving);
     for (uint32_t i = s->bodies; i-- > 0;)
         inward_perturbed(s, i, qdd, tau);
 }

@@ -25,10 +25,9 @@ static inline svec fused_velocity(struct state *s, uint32_t i, const body_consta
     return v;
 }
 
-/* v_i = X_i v_parent + H_i qd_i,  c_i = v_i x H_i qd_i */
-static inline void velocity_step(struct state *s, uint32_t i, const body_constants *b)
+/* v = X_i v_parent is given:  v_i = X_i v_parent + H_i qd_i,  c_i = v_i x H_i qd_i */
+static inline void velocity_step(struct state *s, uint32_t i, const body_constants *b, svec v)
 {
-    svec v = velocity_from_parent(s, i, b);
     num qd = s->qd[b->v];
     if (is_revolute(b->kind)) {
         s->c[i] = revolute_velocity_product(v, qd);

@@ -5,8 +5,23 @@
  */
 #include "dynamics/kinematics/centroid.h"
 
-#include "dynamics/core/recursions.h"
+#include "dynamics/core/modes.h"
 #include "dynamics/kinematics/world_pose.h"
+
+/* First moment of body i in its frame, deformed as it is */
+static vec3 body_moment(const struct state *s, uint32_t i)
+{
+    const int32_t flexible = s->body[i].flexible;
+    const vec3 h = body_h(&s->body[i]);
+    return flexible < 0 ? h : v3_add(h, TFA_V(modes_moment)(s, i));
+}
+
+/* I v of body i, and what its modes add: B^T eta' */
+static svec body_momentum(const struct state *s, uint32_t i)
+{
+    const svec h = rigid_mul(&s->body[i], s->v[i]);
+    return s->body[i].flexible < 0 ? h : sv_add(h, TFA_V(modes_momentum)(s, i));
+}
 
 /* Mass of body i, and mass times its centre in the world */
 static num first_moment(const struct state *s, uint32_t i, vec3 *moment)
@@ -14,7 +29,7 @@ static num first_moment(const struct state *s, uint32_t i, vec3 *moment)
     const struct world_pose *W = &s->world[i];
     const num m = body_mass(&s->body[i]);
     *moment = v3_add(v3_scale(vec3_of_simd(W->r), m),
-                     vec3_of_simd(mat3_simd_apply_t(&W->E, body_h(&s->body[i]))));
+                     vec3_of_simd(mat3_simd_apply_t(&W->E, body_moment(s, i))));
     return m;
 }
 
@@ -59,7 +74,7 @@ svec TFA_V(momentum)(const struct state *s, vec3 about)
     svec sum = sv_zero();
     for (uint32_t i = 0; s->moving && i < s->bodies; i++) {
         const struct world_pose *W = &s->world[i];
-        const svec h = rigid_mul(&s->body[i], s->v[i]);
+        const svec h = body_momentum(s, i);
         const vec3 linear = vec3_of_simd(mat3_simd_apply_t(&W->E, h.v)),
                    angular = vec3_of_simd(mat3_simd_apply_t(&W->E, h.w)),
                    arm = v3_sub(vec3_of_simd(W->r), about);
@@ -75,6 +90,8 @@ num TFA_V(kinetic_energy)(const struct state *s)
     for (uint32_t i = 0; s->moving && i < s->bodies; i++) {
         const struct tfa_body *b = &s->body[i];
         sum += sv_dot(s->v[i], rigid_mul(b, s->v[i]));
+        if (b->flexible >= 0)
+            sum += TFA_V(modes_kinetic)(s, i);
         for (uint32_t k = 0; k < b->n; k++)
             sum += joint_armature(s, b, k) * s->qd[b->v + k] * s->qd[b->v + k];
     }
@@ -85,7 +102,7 @@ num TFA_V(potential_energy)(const struct state *s)
 {
     vec3 moment;
     (void)total_moment(s, &moment);
-    return -v3_dot(s->gravity, moment);
+    return -v3_dot(s->gravity, moment) + (HAS_MODES(s) ? TFA_V(modes_elastic)(s) : num_of(0));
 }
 
 /* Column k of the joint's motion subspace, in the coordinates of body i */
@@ -108,7 +125,7 @@ void TFA_V(com_jacobian)(struct state *s, double *out, size_t stride)
     num mass = num_of(0);
     for (uint32_t i = 0; i < s->bodies; i++) {
         s->f[i].w.x = body_mass(&s->body[i]);
-        s->f[i].v = body_h(&s->body[i]);
+        s->f[i].v = body_moment(s, i);
         mass += s->f[i].w.x;
     }
     for (uint32_t i = s->bodies; mass > 0 && i-- > 0;) {

@@ -6,7 +6,7 @@
 #include "dynamics/kinematics/tip_motion.h"
 
 #include "dynamics/core/frame.h"
-#include "dynamics/core/recursions.h"
+#include "dynamics/core/modes.h"
 #include "dynamics/kinematics/world_pose.h"
 
 /* s->tip_path of a support whose world poses are there */
@@ -37,6 +37,7 @@ void TFA_V(tip_locate)(struct state *s, uint32_t t, tfa_reference_frame mode, st
     out->frame = mode;
     out->length = 0;
     out->moved = 0;
+    out->handle = s->m->frame[frame].handle;
     out->axes = at.E;
     out->origin = at.r;
     if (body >= 0) {
@@ -57,6 +58,12 @@ void TFA_V(tip_locate)(struct state *s, uint32_t t, tfa_reference_frame mode, st
 static uint32_t freedoms_at(const struct state *s, const struct tip *t, uint32_t k)
 {
     return k + 1 < t->length ? s->body[s->tip_path[k]].n : t->moved;
+}
+
+/* The handle that carries what comes behind the body at place k of the support; -1: none */
+static int32_t handle_behind(const struct state *s, const struct tip *t, uint32_t k)
+{
+    return k + 1 < t->length ? s->body[s->tip_path[k + 1]].handle : t->handle;
 }
 
 /* A motion in world axes at the tip's point, in the axes asked for */
@@ -125,6 +132,19 @@ static vec3_simd boost_of_root(const struct state *s, uint32_t i)
                                     : vec3_simd_of(o, o, o);
 }
 
+/* Motion of a handle of body i by its modes: v <- v + Phi eta', product gets what the rates of both
+ * add. */
+static void add_modes(const struct state *s, const struct tip *t, uint32_t i, int32_t handle,
+                      struct motion_simd *v, struct motion_simd *product)
+{
+    const svec local = TFA_V(modes_motion)(s, handle, s->qd);
+    const struct motion_simd motion = motion_at_point(&s->world[i], local, t->p),
+                             rate = motion_at_point(&s->world[i],
+                                                    TFA_V(modes_rate)(s, handle, local), t->p);
+    *product = motion_simd_add(*product, motion_simd_add(motion_simd_cross(*v, motion), rate));
+    *v = motion_simd_add(*v, motion);
+}
+
 /* One pass over the support, joint by joint outward: the columns H of J, unless `rows` is 0; and
  * v <- v + H qd with the sum of v x H qd, c of the joint, unless `motion` is NULL. The axes of a
  * fused joint turn with its freedoms before. Returns 1 when all columns are finite. */
@@ -154,6 +174,8 @@ TFA_INLINE int pass(const struct state *s, const struct tip *t, uint32_t rows, d
             if (is_fused(s->body[i].kind))
                 before = v;
         }
+        if (motion && handle_behind(s, t, k) >= 0)
+            add_modes(s, t, i, handle_behind(s, t, k), &v, &product);
     }
     if (motion)
         *motion = (struct tip_velocity){v, product, s->boosted, zero};
@@ -207,6 +229,10 @@ static struct motion_simd jacobian_mul(const struct state *s, const struct tip *
         for (uint32_t j = 0; j < freedoms_at(s, t, k); j++)
             sum = motion_simd_add(
                 sum, motion_simd_scale(x[first + j], joint_axis_at_point(s, i, j, t->p)));
+        const int32_t handle = handle_behind(s, t, k);
+        if (handle >= 0)
+            sum = motion_simd_add(
+                sum, motion_at_point(&s->world[i], TFA_V(modes_motion)(s, handle, x), t->p));
     }
     return sum;
 }

@@ -4,6 +4,7 @@
  * Motion of one tip by the bodies of its support: twist, Jacobian, acceleration.
  *
  *     twist = sum over the support of H qd,   acceleration = sum of H qdd + v x H qd
+ *     and of Phi eta',                        and of Phi eta'' + Phi-dot eta' + v x Phi eta'
  *
  * in world axes at the tip's point. The pose is needed, and for twists and accelerations s->qd.
  */
@@ -16,6 +17,7 @@ struct tip {
     tfa_reference_frame frame;
     uint32_t length; /* bodies of its support, in s->tip_path, root first; 0: fixed to the world */
     uint32_t moved;  /* freedoms of the last body's joint that move it */
+    int32_t handle;  /* of the last body, a flexible one, on which it rides; or -1 */
     mat3 axes;       /* of the frame in the world, by columns */
     vec3 origin;     /* of the frame in the world */
     vec3_simd p;     /* point that its motion is about, world */

@@ -6,7 +6,8 @@
  */
 #include "dynamics/osim/lambda.h"
 
-#include "dynamics/core/recursions.h"
+#include "dynamics/core/frame.h"
+#include "dynamics/core/modes.h"
 #include "layout/body.h"
 
 /* The joint's share of six forces: out[k][e] = H_k^T P_e for its first `freedoms` freedoms, which
@@ -30,6 +31,16 @@ static void clear_psi(struct state *s)
     s->psi_frame = -1;
 }
 
+/* The share of modes in six forces on their handle */
+static void modes_columns(struct state *s, int32_t handle, const svec P[6], uint32_t t)
+{
+    const struct tfa_flexible *f = &s->m->flexible[s->m->handle[handle].flexible];
+    for (uint32_t k = 0; k < f->n; k++)
+        for (int e = 0; e < 6; e++)
+            tip_columns(s, s->psi, f->v + k, t)[e] =
+                sv_dot(sv_from(s->handle[handle].Phi + 6 * k), P[e]);
+}
+
 void TFA_V(jacobian)(struct state *s, tfa_reference_frame frame)
 {
     clear_psi(s);
@@ -37,9 +48,13 @@ void TFA_V(jacobian)(struct state *s, tfa_reference_frame frame)
         svec P[6];
         int32_t i = TFA_V(frame_columns)(s, s->tip[t], frame, P);
         uint32_t moved = i < 0 ? 0 : TFA_V(frame_freedoms)(s, s->tip[t]);
+        int32_t handle = s->m->frame[s->tip[t]].handle;
         for (; i >= 0; i = s->body[i].parent, moved = 6) {
             const struct tfa_body *b = &s->body[i];
             num h[6][6];
+            if (handle >= 0)
+                modes_columns(s, handle, P, t);
+            handle = b->handle;
             joint_columns(s, b, P, moved, h);
             for (uint32_t k = 0; k < b->n; k++)
                 for (int e = 0; e < 6; e++)
@@ -70,9 +85,10 @@ void TFA_V(tip_start)(const struct state *s, uint32_t t, tfa_reference_frame fra
     mat3 R_own;
     w->body = f->body;
     w->moved = 0;
+    w->handle = f->handle;
     if (f->body < 0)
         return;
-    vec3 p = frame_xform(s->m, s->tip[t]).r;
+    vec3 p = frame_in_body(s, s->tip[t]).r;
     const int aligned = frame == TFA_FRAME_LOCAL_WORLD_ALIGNED;
     w->moved = TFA_V(frame_freedoms)(s, s->tip[t]);
     if (f->part || !aligned)
@@ -84,11 +100,29 @@ void TFA_V(tip_start)(const struct state *s, uint32_t t, tfa_reference_frame fra
     w->P = wrench_columns_at(&R, p);
 }
 
+/* The modes of its body before the joint */
+static void tip_through_modes(struct state *s, uint32_t t, struct tip_wrenches *w)
+{
+    const struct tfa_flexible *f = &s->m->flexible[s->body[w->body].flexible];
+    num psi[6 * TFA_MAX_LINK_MODES], phi[6 * TFA_MAX_LINK_MODES];
+    svec P[6];
+    wrench_columns_store(&w->P, P);
+    (void)TFA_V(modes_propagate)(s, (uint32_t)w->body, w->handle, P, psi, phi);
+    w->P = wrench_columns_from(P);
+    for (uint32_t k = 0; k < f->n; k++)
+        for (uint32_t e = 0; e < 6; e++) {
+            tip_columns(s, s->psi, f->v + k, t)[e] = psi[6 * k + e];
+            tip_columns(s, s->phi, f->v + k, t)[e] = phi[6 * k + e];
+        }
+}
+
 void TFA_V(tip_through_joint)(struct state *s, uint32_t t, struct tip_wrenches *w)
 {
     const int32_t i = w->body;
     const struct tfa_body *b = &s->body[i];
     vec6 psi[6], phi[6];
+    if (b->flexible >= 0)
+        tip_through_modes(s, t, w);
     TFA_V(propagate_through_joint)(s, i, w->moved, &w->P, psi, phi);
     for (uint32_t k = 0; k < b->n; k++) {
         vec6_store(tip_columns(s, s->psi, b->v + k, t), &psi[k]);
@@ -97,6 +131,7 @@ void TFA_V(tip_through_joint)(struct state *s, uint32_t t, struct tip_wrenches *
     s->support[i] |= 1u << t;
     w->body = b->parent;
     w->moved = 6;
+    w->handle = b->handle;
 }
 
 /* Lambda^-1_tu += psi_t^T phi_u of freedom j for the tips that its body supports */
@@ -116,9 +151,13 @@ static void add_blocks(struct state *s, uint32_t support, uint32_t j)
 void TFA_V(lambda_joints)(struct state *s)
 {
     for (uint32_t k = 0; k < s->spans; k++)
-        for (uint32_t i = s->span[k].first; i < s->span[k].end; i++)
+        for (uint32_t i = s->span[k].first; i < s->span[k].end; i++) {
+            const int32_t flexible = s->support[i] ? s->body[i].flexible : -1;
             for (uint32_t j = 0; s->support[i] && j < s->body[i].n; j++)
                 add_blocks(s, s->support[i], s->body[i].v + j);
+            for (uint32_t j = 0; flexible >= 0 && j < s->m->flexible[flexible].n; j++)
+                add_blocks(s, s->support[i], s->m->flexible[flexible].v + j);
+        }
 }
 
 void TFA_V(lambda_mirror)(struct state *s)
@@ -175,7 +214,7 @@ void TFA_V(tips_through_segment)(struct state *s, uint32_t tips, struct tip_wren
 void TFA_V(lambda_propagation)(struct state *s, tfa_reference_frame frame)
 {
     struct tip_wrenches w;
-    if (s->tips == 1) {
+    if (s->tips == 1 && !HAS_MODES(s)) {
         TFA_V(tip_start)(s, 0, frame, &w);
         TFA_V(propagate_to_root)(s, &w, s->lambda);
     } else {

@@ -88,6 +88,7 @@ int32_t TFA_V(propagate_forces)(const struct state *s, int32_t i, uint32_t tips,
 struct tip_wrenches {
     int32_t body;   /* on which they act, in its coordinates; -1: none is left */
     uint32_t moved; /* by how many freedoms of its joint they are moved */
+    int32_t handle; /* of a flexible body, on which they act; -1: on what is clamped */
     struct wrench_columns P;
 };
 

@@ -11,6 +11,7 @@
  */
 #include "dynamics/scan/cut_forces.h"
 
+#include "dynamics/core/modes.h"
 #include "dynamics/osim/lambda.h"
 #include "dynamics/scan/chain_cut.h"
 #include "interface/parallel_for.h"
@@ -157,8 +158,12 @@ static void factor_again_part(void *context, uint32_t part, uint32_t worker)
 /* The inertias of the chain's bodies, and every segment by itself */
 static void factor_segments(struct scan_work *w)
 {
-    for (uint32_t k = 0; k < w->chain->length; k++)
-        w->scan->body[k].I = w->s->IA[w->chain->body[k]];
+    for (uint32_t k = 0; k < w->chain->length; k++) {
+        const uint32_t i = w->chain->body[k];
+        w->scan->body[k].I = w->s->IA[i];
+        if (w->s->body[i].flexible >= 0)
+            TFA_V(modes_save_body)(w->s, i);
+    }
     parallel_for(w->s->executor, factor_part, w, parts_of(w->scan));
 }
 

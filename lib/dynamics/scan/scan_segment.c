@@ -8,6 +8,7 @@
  *   v += P^T (c + H D^-1 (u - U^T c)),  qdd = D^-1 (u - U^T a' - psi f_out)
  */
 #include "dynamics/core/aba_step.h"
+#include "dynamics/core/modes.h"
 #include "dynamics/osim/lambda.h"
 #include "dynamics/scan/scan.h"
 
@@ -36,6 +37,20 @@ static inline void propagate_unit_forces_1dof(const struct state *s, uint32_t i,
     m6_add_outer_upper(C, psi, phi);
 }
 
+/* Out of the modes of the body at place k, if it is flexible: P from the handle to the body */
+static inline void propagate_through_modes(struct state *s, const struct tfa_chain *chain,
+                                           uint32_t k, svec P[6], num *C)
+{
+    const uint32_t i = chain->body[k];
+    const int32_t handle = handle_of_next(s, chain, k);
+    if (s->body[i].flexible < 0)
+        return;
+    num *psi = s->modal[s->body[i].flexible].psi, phi[6 * TFA_MAX_LINK_MODES];
+    const uint32_t n = TFA_V(modes_propagate)(s, i, handle, P, psi, phi);
+    for (uint32_t j = 0; j < n; j++)
+        m6_add_outer_upper(C, psi + 6 * j, phi + 6 * j);
+}
+
 /* Inward through one body: P to its parent, C grows. */
 static inline void propagate_unit_forces(const struct state *s, uint32_t i, struct scan_body *row,
                                          svec P[6], num *C)
@@ -62,8 +77,8 @@ static inline void propagate_unit_forces(const struct state *s, uint32_t i, stru
 }
 
 /* What the next OVERLAP bodies beyond the end put on it, with nothing beyond them: never more than
- * the inertia outboard of the cut. A joint with several freedoms, or one that moves little inertia
- * by itself, is taken to pass nothing on. */
+ * the inertia outboard of the cut. A joint with several freedoms, one that moves little inertia by
+ * itself, and a flexible body are taken to pass nothing on. */
 static void overlap(const struct state *s, const struct tfa_chain *chain, const struct scan *scan,
                     uint32_t end, sym6 *G)
 {
@@ -75,7 +90,7 @@ static void overlap(const struct state *s, const struct tfa_chain *chain, const 
         sym6 IA = scan->body[k].I;
         s6_add(&IA, G);
         *G = none;
-        if (b->n > 1)
+        if (b->n > 1 || b->flexible >= 0)
             continue;
         const svec U = s6_column(&IA, body_axis(b));
         const num D = sv_get(&U, body_axis(b)) + (num)b->armature;
@@ -91,8 +106,11 @@ static void start_inertias(struct state *s, const struct tfa_chain *chain, const
                            struct scan_segment *segment, const num *outer)
 {
     sym6 seed;
-    for (uint32_t k = segment->first; k < segment->end; k++)
+    for (uint32_t k = segment->first; k < segment->end; k++) {
         s->IA[chain->body[k]] = scan->body[k].I;
+        if (s->body[chain->body[k]].flexible >= 0)
+            TFA_V(modes_restore_body)(s, chain->body[k]);
+    }
     if (segment->end == chain->length)
         return;
     if (scan->cuts)
@@ -102,6 +120,9 @@ static void start_inertias(struct state *s, const struct tfa_chain *chain, const
     else
         overlap(s, chain, scan, segment->end, &seed);
     s6_add(&s->IA[chain->body[segment->end - 1]], &seed);
+    const int32_t handle = handle_of_next(s, chain, segment->end - 1);
+    if (handle >= 0)
+        TFA_V(modes_add_inertia)(s, handle, &seed);
     s6_dense(segment->seed, &seed);
 }
 
@@ -129,12 +150,15 @@ void TFA_V(scan_segment_factor)(struct state *s, const struct tfa_chain *chain, 
     start_inertias(s, chain, scan, segment, outer);
     for (uint32_t k = segment->end; k-- > segment->first;) {
         const uint32_t i = chain->body[k];
+        modes_eliminate(s, i, ABA_INERTIA);
+        if (!last)
+            propagate_through_modes(s, chain, k, P, C);
         if (i == first) {
             whole = s->IA[i];
             C = floats ? of_cut : C;
             aba_backward_step(s, i, NULL, ABA_INERTIA | ABA_DETACH);
         } else {
-            aba_backward_step(s, i, NULL, ABA_INERTIA);
+            aba_backward_step(s, i, NULL, ABA_INERTIA | ABA_MODES);
         }
         if (!last)
             propagate_unit_forces(s, i, &scan->body[k], P, C);
@@ -176,6 +200,20 @@ static inline void add_motion(const struct state *s, uint32_t i, const struct sc
         v[e] += sv_dot(row->P[e], m);
 }
 
+/* The same of modes: v += psi^T D^-1 u */
+static inline void add_motion_of_modes(const struct state *s, uint32_t i, num *v)
+{
+    const int32_t flexible = s->body[i].flexible;
+    if (flexible < 0)
+        return;
+    const struct modal_body *w = &s->modal[flexible];
+    num x[TFA_MAX_LINK_MODES];
+    const uint32_t n = TFA_V(modes_solve)(s, i, x);
+    for (uint32_t k = 0; k < n; k++)
+        for (int e = 0; e < 6; e++)
+            v[e] += w->psi[6 * k + (uint32_t)e] * x[k];
+}
+
 static inline void inward(struct state *s, const struct tfa_chain *chain, const struct scan *scan,
                           struct scan_segment *segment, const num *tau, int flags)
 {
@@ -185,6 +223,9 @@ static inline void inward(struct state *s, const struct tfa_chain *chain, const 
     num v[6] = {0};
     for (uint32_t k = segment->end; k-- > segment->first;) {
         const uint32_t i = chain->body[k];
+        modes_eliminate(s, i, flags);
+        if (!last)
+            add_motion_of_modes(s, i, v);
         if (i == first) {
             g = s->pA[i];
             aba_backward_step(s, i, tau, flags | ABA_DETACH);
@@ -204,9 +245,9 @@ void TFA_V(scan_segment_inward)(struct state *s, const struct tfa_chain *chain, 
                                 struct scan_segment *segment, const num *tau, int bias)
 {
     if (chain_has_velocity_products(s, bias))
-        inward(s, chain, scan, segment, tau, ABA_FORCE | ABA_BIAS);
+        inward(s, chain, scan, segment, tau, ABA_FORCE | ABA_BIAS | ABA_MODES);
     else
-        inward(s, chain, scan, segment, tau, ABA_FORCE);
+        inward(s, chain, scan, segment, tau, ABA_FORCE | ABA_MODES);
 }
 
 /* u -= psi f: the part of tau that the force passed on takes */
@@ -216,6 +257,9 @@ static inline void subtract_force(struct state *s, uint32_t i, const struct scan
     num fe[6], x[6];
     svec force = sv_zero();
     sv_store(fe, f);
+    for (uint32_t k = 0; b->flexible >= 0 && k < s->m->flexible[b->flexible].n; k++)
+        for (uint32_t e = 0; e < 6; e++)
+            s->modal[b->flexible].u[k] -= s->modal[b->flexible].psi[6 * k + e] * fe[e];
     if (b->n == 1) {
         for (int e = 0; e < 6; e++)
             s->u[i] -= (is_revolute(b->kind) ? row->P[e].w.z : row->P[e].v.z) * fe[e];
@@ -238,7 +282,8 @@ void TFA_V(scan_segment_outward)(struct state *s, const struct tfa_chain *chain,
         if (!last)
             subtract_force(s, i, &scan->body[k], segment->f_out);
         aba_forward_step(s, i, a, qdd, chain_has_velocity_products(s, bias));
-        a = s->a[i];
+        modes_forward(s, i, qdd);
+        a = modes_at_handle(s, handle_of_next(s, chain, k), s->a[i], qdd);
     }
     segment->a_end = a;
 }
@@ -248,6 +293,8 @@ static inline void clear_force(struct state *s, uint32_t i)
     const struct tfa_body *b = &s->body[i];
     if (b->n == 1)
         s->u[i] = 0;
+    for (uint32_t k = 0; b->flexible >= 0 && k < s->m->flexible[b->flexible].n; k++)
+        s->modal[b->flexible].u[k] = 0;
     for (uint32_t k = 0; b->n > 1 && k < b->n; k++)
         s->joint_nd[b->joint_nd].u[k] = 0;
 }
@@ -261,16 +308,22 @@ void TFA_V(scan_segment_correct)(struct state *s, const struct tfa_chain *chain,
         const uint32_t i = chain->body[k];
         const struct tfa_body *b = &s->body[i];
         const svec a = s->a[i];
-        num before[6];
+        const struct tfa_flexible *f = b->flexible < 0 ? NULL : &s->m->flexible[b->flexible];
+        num before[6], modes_before[TFA_MAX_LINK_MODES];
         for (uint32_t j = 0; j < b->n; j++)
             before[j] = qdd[b->v + j];
+        for (uint32_t j = 0; f && j < f->n; j++)
+            modes_before[j] = qdd[f->v + j];
         clear_force(s, i);
         if (!last)
             subtract_force(s, i, &scan->body[k], segment->f_out);
         aba_forward_step(s, i, da, qdd, 0);
-        da = s->a[i];
-        s->a[i] = sv_add(a, da);
+        modes_forward(s, i, qdd);
+        da = modes_at_handle(s, handle_of_next(s, chain, k), s->a[i], qdd);
+        s->a[i] = sv_add(a, s->a[i]);
         for (uint32_t j = 0; j < b->n; j++)
             qdd[b->v + j] += before[j];
+        for (uint32_t j = 0; f && j < f->n; j++)
+            qdd[f->v + j] += modes_before[j];
     }
 }

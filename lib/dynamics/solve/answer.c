@@ -77,7 +77,7 @@ void TFA_V(store_estimate)(const struct state *s, const tfa_request *r, const nu
 static double inertia_ratio(const struct state *s, uint32_t i)
 {
     const struct tfa_body *b = &s->body[i];
-    const sym6 IA = aba_backward_inertia(s, i, b, s->locked ? 0 : ABA_FULL_SWEEP);
+    const sym6 IA = aba_backward_inertia(s, i, b, s->locked || HAS_MODES(s) ? 0 : ABA_FULL_SWEEP);
     const struct sentinel_size G = sentinel_size(s, b, &IA);
     double most = 0;
     for (uint32_t k = 0; k < b->n; k++) {
@@ -254,6 +254,18 @@ static int answer_op(struct state *s, const tfa_request *request, uint32_t k, tf
     }
 }
 
+/* Flags the states with a modal coordinate beyond its limit. */
+static void see_limits(const struct state *s, tfa_answer *answer)
+{
+    for (uint32_t i = 0; i < s->m->flexible_bodies; i++) {
+        const struct tfa_flexible *f = &s->m->flexible[i];
+        for (uint32_t k = 0; k < f->n; k++)
+            for (uint32_t l = 0; l < s->lanes; l++)
+                if (fabs((double)num_lane(s->eta[f->first + k], l)) > f->limit[k])
+                    answer[l].flags |= TFA_ANSWER_MODE_LIMIT;
+    }
+}
+
 /* Float by itself leaves them to double. */
 static int wants_joint_forces(const struct state *s, const tfa_request *r, const tfa_reply *reply)
 {
@@ -293,6 +305,7 @@ int TFA_V(answer)(struct state *s, const tfa_request *request, struct tfa_resolv
         answer[l].method = answer->method;
         answer[l].flags = answer->flags;
     }
+    see_limits(s, answer);
     if (s->lanes_diverged) {
         s->have = 0;
         return TFA_E_NOT_COMPUTED;

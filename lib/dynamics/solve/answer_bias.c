@@ -3,9 +3,9 @@
  *
  * The terms of the equation of motion apart.
  */
-#include "dynamics/core/bias_force.h"
 #include "dynamics/core/recursions.h"
 #include "dynamics/solve/answer.h"
+#include "dynamics/solve/bias_force.h"
 #include "dynamics/solve/load.h"
 
 /* s->res to row k of an answer, base first. Returns 1 when all of it is finite. */

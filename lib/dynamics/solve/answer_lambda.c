@@ -140,7 +140,7 @@ static int by_factors(struct state *s, const tfa_request *r, uint32_t steps, tfa
     const int plain = steps == 0 && !s->m->mimics;
     out->method = (uint16_t)TFA_V(osim_name)(way);
     if (plain && row->osim == TFA_V(lambda_propagation) && s->tips == 1 && !s->locked &&
-        !(s->have & HAVE_ABA)) {
+        !HAS_MODES(s) && !(s->have & HAVE_ABA)) {
         TFA_V(lambda_while_factoring)(s, r->frame);
         return TFA_OK;
     }

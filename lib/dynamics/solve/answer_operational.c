@@ -16,11 +16,11 @@
  */
 #include <string.h>
 
-#include "dynamics/core/bias_force.h"
 #include "dynamics/core/recursions.h"
 #include "dynamics/kinematics/tip_motion.h"
 #include "dynamics/osim/lambda_inverse.h"
 #include "dynamics/solve/answer.h"
+#include "dynamics/solve/bias_force.h"
 #include "dynamics/solve/load.h"
 #include "dynamics/solve/method.h"
 #include "dynamics/solve/refine.h"

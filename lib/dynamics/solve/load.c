@@ -64,6 +64,8 @@ static void load_pose(struct state *s, const tfa_request *r)
     for (uint32_t k = 0; k < count; k++)
         same &= load_coordinates(s, r, wanted[k]);
     same &= load_base(s, r);
+    if (HAS_MODES(s))
+        same &= TFA_V(load_modes)(s, r);
     if (same && covers(s, wanted, count))
         return;
     s->have = 0;
@@ -97,7 +99,7 @@ static num_mask load_joints(const struct state *s, num *out, const double *joint
 /* out = base six, then joints; a NULL input is zero. Returns whether anything is not zero. */
 int TFA_V(load_freedoms)(const struct state *s, num *out, const double *base, const double *joints)
 {
-    const uint32_t nb = s->m->base_freedoms, n = s->freedoms;
+    const uint32_t nb = s->m->base_freedoms, n = s->freedoms - s->m->modes;
     num_mask none = num_of(0) == num_of(0);
     for (uint32_t j = 0; j < nb; j++) {
         out[j] = base ? gather_states(s, base, 6, j) : num_of(0);
@@ -105,8 +107,8 @@ int TFA_V(load_freedoms)(const struct state *s, num *out, const double *base, co
     }
     if (joints)
         none &= load_joints(s, out + nb, joints, n - nb);
-    for (uint32_t j = nb; !joints && j < n; j++)
-        out[j] = num_of(0);
+    for (uint32_t j = joints ? n : nb; j < s->freedoms; j++)
+        out[j] = num_of(0); /* modes, too */
     return !num_all(none);
 }
 
@@ -195,6 +197,8 @@ static void load_motion(struct state *s, const tfa_request *r)
     if (reads_wrenches(r))
         TFA_V(load_wrenches)(s, r);
     s->moving = TFA_V(load_freedoms)(s, s->qd, r->base_twist, r->v);
+    if (HAS_MODES(s))
+        s->moving |= TFA_V(load_mode_velocities)(s, r);
     load_damping(s);
     TFA_V(leave_boost)(s);
     s->moving |= s->wrenched && reads_wrenches(r);
@@ -231,22 +235,26 @@ void TFA_V(load)(struct state *s, const tfa_request *r, uint32_t k, uint32_t cou
 
 int TFA_V(unload)(const struct state *s, const num *x, double *base, double *joints)
 {
-    const uint32_t nb = s->m->base_freedoms;
+    const uint32_t nb = s->m->base_freedoms, end = s->freedoms - s->m->modes;
     num sum = num_of(0);
     for (uint32_t j = 0; j < s->freedoms; j++)
         sum += nonfinite(x[j]);
     for (uint32_t j = 0; base && j < nb; j++)
         scatter_states(s, x[j], base + j, 6);
-    for (uint32_t j = nb; s->identity_map && joints && j < s->freedoms; j++)
+    for (uint32_t j = nb; s->identity_map && joints && j < end; j++)
         scatter_states(s, x[j], joints + (j - nb), s->m->v_count);
-    for (uint32_t j = nb; !s->identity_map && joints && j < s->freedoms; j++)
+    for (uint32_t j = nb; !s->identity_map && joints && j < end; j++)
         scatter_joint(s, x[j], joints, &s->freedom[j - nb]);
     return num_all(sum == num_of(0));
 }
 
 int TFA_V(unload_qdd)(const struct state *s, uint32_t k, tfa_reply *reply)
 {
-    return TFA_V(unload)(s, TFA_V(world_accelerations)(s),
+    const num *qdd = TFA_V(world_accelerations)(s);
+    for (uint32_t j = 0; reply->modes && j < s->m->modes; j++)
+        scatter_states(s, qdd[s->freedoms - s->m->modes + j],
+                       reply->modes + (size_t)s->m->modes * k + j, s->m->modes);
+    return TFA_V(unload)(s, qdd,
                          reply->base_acceleration ? reply->base_acceleration + 6 * (size_t)k : NULL,
                          reply->qdd ? reply->qdd + (size_t)s->m->v_count * k : NULL);
 }

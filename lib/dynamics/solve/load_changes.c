@@ -2,7 +2,7 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * Changes of the robot by a request: payloads, locked joints, the part of it that the
- * answer depends on; and wrenches.
+ * answer depends on; wrenches, and modes of flexible links.
  */
 #include <string.h>
 
@@ -10,6 +10,7 @@
 #include "dynamics/chain/tfa.h"
 #include "dynamics/core/frame.h"
 #include "dynamics/core/lock.h"
+#include "dynamics/core/modes.h"
 #include "dynamics/solve/load.h"
 #include "dynamics/solve/method.h"
 #include "interface/traits.h"
@@ -116,7 +117,7 @@ static int load_locks(struct state *s, const tfa_request *r)
             s->mark[joint->v_index + j] = 1;
     }
     s->locked = 0;
-    for (uint32_t j = nb; j < m->freedoms; j++) {
+    for (uint32_t j = nb; j < m->freedoms - m->modes; j++) {
         const uint8_t lock = s->mark[m->freedom[j - nb].from];
         same &= lock == s->lock[j];
         s->lock[j] = lock;
@@ -202,6 +203,8 @@ static void add_wrench(struct state *s, const tfa_request *r, uint32_t w)
     const svec sum = TFA_V(wrench_of)(s, r, w);
     s->wrench[body] = sv_add(s->wrench[body], sum);
     const struct tfa_body *b = &s->body[body];
+    if (s->m->frame[frame].handle >= 0)
+        TFA_V(modes_force)(s, s->m->frame[frame].handle, sum, s->passive_force);
     const uint32_t moved = TFA_V(frame_freedoms)(s, frame);
     if (moved == b->n)
         return;
@@ -221,4 +224,36 @@ void TFA_V(load_wrenches)(struct state *s, const tfa_request *r)
     for (uint32_t w = 0; w < r->wrench_count; w++)
         add_wrench(s, r, w);
     s->wrenched = r->wrench_count > 0;
+}
+
+/* ---- modes ---- */
+
+int TFA_V(load_modes)(struct state *s, const tfa_request *r)
+{
+    num_mask same = num_of(0) == num_of(0);
+    for (uint32_t k = 0; k < s->m->modes; k++) {
+        const num x = r->modes ? gather_states(s, r->modes, s->m->modes, k) : num_of(0);
+        same &= x == s->eta[k];
+        s->eta[k] = x;
+    }
+    return num_all(same);
+}
+
+int TFA_V(load_mode_velocities)(struct state *s, const tfa_request *r)
+{
+    num_mask none = num_of(0) == num_of(0);
+    num *qd = s->qd + (s->freedoms - s->m->modes);
+    for (uint32_t k = 0; r->mode_velocities && k < s->m->modes; k++) {
+        qd[k] = gather_states(s, r->mode_velocities, s->m->modes, k);
+        none &= qd[k] == num_of(0);
+    }
+    for (uint32_t i = 0; i < s->m->flexible_bodies; i++) {
+        const struct tfa_flexible *f = &s->m->flexible[i];
+        for (uint32_t k = 0; k < f->n; k++)
+            for (uint32_t j = 0; j < f->n; j++)
+                s->passive_force[f->v + k] -= num_of(f->K[f->n * k + j]) * s->eta[f->first + j] +
+                                              num_of(f->D[f->n * k + j]) * s->qd[f->v + j];
+        s->has_passive_force = 1;
+    }
+    return !num_all(none);
 }

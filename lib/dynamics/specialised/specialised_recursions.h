@@ -70,7 +70,7 @@ TFA_INLINE void init_state(struct state *s, struct robot_inputs *in,
 
 #define ROBOT_POSE(i) pose_body(s, i);
 #define ROBOT_VELOCITY(i)                                                                          \
-    velocity_step(s, i, &robot_unit[i]);                                                           \
+    velocity_step(s, i, &robot_unit[i], velocity_from_parent(s, i, &robot_unit[i]));               \
     s->p[i] = gyroscopic(s, i);
 #define ROBOT_RNEA_FORWARD(i)                                                                      \
     euler_out(                                                                                     \

@@ -54,7 +54,8 @@ typedef struct tfa_advice {
  * @param advice     is overwritten; all zero after an error
  * @param reply      status, field, index and state of an invalid request, as tfa_compute
  * @return TFA_OK; TFA_E_ARGUMENT (a NULL, or a tolerance that is not positive and finite);
- *         TFA_E_UNSUPPORTED (projected mimic joints that move no mass of their own); TFA_E_MEMORY;
+ *         TFA_E_UNSUPPORTED (projected mimic joints that move no mass of their own, flexible
+ *         links); TFA_E_MEMORY;
  *         the status of tfa_compute for the states.
  */
 TFA_API TFA_CHECKED int tfa_advise(const tfa_model *model, const tfa_request *states,

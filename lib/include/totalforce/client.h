@@ -71,6 +71,8 @@ typedef struct tfa_client_info {
     const char *const *joint_names; /**< joint_count, in declared order */
     const uint32_t *joint_types;    /**< joint_count tfa_joint_type; NULL: one number each */
     const char *const *frame_names; /**< frame_count link names; the index is the frame index */
+    uint32_t mode_count;            /**< as tfa_model_mode_count */
+    const uint32_t *mode_frames;    /**< mode_count frame indices of the flexible links */
     const char *model_hash;         /**< 64 hexadecimal digits, as tfa_model_hash_text */
     tfa_wait wait;                  /**< granted */
     int32_t daemon_pid;             /**< process id of the daemon */

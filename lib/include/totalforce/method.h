@@ -87,12 +87,14 @@ typedef enum tfa_refusal {
     TFA_REFUSES_MIMICS = 32,            /**< mimic joints that are projected */
     TFA_REFUSES_MASSLESS_FOLLOWER = 64, /**< mimic joints that move no mass of their own */
     TFA_REFUSES_TIPS = 128,             /**< tips */
+    TFA_REFUSES_MODES = 256,            /**< robots with flexible links */
 } tfa_refusal;
 
 /** Refusals that methods share */
 #define TFA_CHAIN_REFUSES (TFA_REFUSES_LOCKED | TFA_REFUSES_MASSLESS_FOLLOWER)
-/** Those of methods that invert the inertias of bodies */
+/** Those of methods that invert the inertias of bodies; of rigid ones */
 #define TFA_INVERSE_REFUSES (TFA_CHAIN_REFUSES | TFA_REFUSES_NO_INVERSE)
+#define TFA_RIGID_REFUSES (TFA_INVERSE_REFUSES | TFA_REFUSES_MODES)
 /** One row for each method: X(NAME, number, name on the command line and in JSON, ops, method whose
  * factors it uses, cost, TFA_REFUSES_ bits, text). Adding a method: lib/README.md. */
 #define TFA_METHOD_LIST(X)                                                                         \
@@ -101,24 +103,24 @@ typedef enum tfa_refusal {
     X(RNEA, 1, "rnea", TFA_OPS_RNEA, RNEA, "O(N)", TFA_REFUSES_NOTHING,                            \
       "recursive Newton-Euler: inverse dynamics, bias forces, kinematics")                         \
     X(CRBA, 2, "crba", TFA_OPS_SOLVE | TFA_OPS_M | TFA_OPS_DERIVATIVES, CRBA, "O(N d^2)",          \
-      TFA_REFUSES_LOCKED | TFA_REFUSES_SIZE, "composite rigid bodies and sparse LTDL")             \
+      TFA_REFUSES_LOCKED | TFA_REFUSES_SIZE | TFA_REFUSES_MODES,                                   \
+      "composite rigid bodies and sparse LTDL")                                                    \
     X(ABA, 3, "aba", TFA_OPS_SOLVE | TFA_OPS_DERIVATIVES, ABA, "O(N)",                             \
       TFA_REFUSES_MASSLESS_FOLLOWER, "articulated bodies; lambda_inv by force propagation")        \
-    X(TFA, 4, "tfa", TFA_OPS_SOLVE, TFA, "O(N)", TFA_INVERSE_REFUSES,                              \
+    X(TFA, 4, "tfa", TFA_OPS_SOLVE, TFA, "O(N)", TFA_RIGID_REFUSES,                                \
       "total force algorithm, block LU; lambda_inv by (74)-(78)")                                  \
     X(TFA_ONE_SIDED, 5, "tfa-one-sided", TFA_OPS_OSIM, TFA, "O(N + m d)",                          \
-      TFA_INVERSE_REFUSES | TFA_REFUSES_MIMICS, "lambda_inv by forward elimination of the tip")    \
+      TFA_RIGID_REFUSES | TFA_REFUSES_MIMICS, "lambda_inv by forward elimination of the tip")      \
     X(PROPAGATION, 6, "propagation", TFA_OPS_OSIM, ABA, "O(N + m d)",                              \
       TFA_REFUSES_MASSLESS_FOLLOWER, "force propagation along the tips' supports")                 \
-    X(TFA_CR, 7, "tfa-cr", TFA_OPS_SOLVE, TFA_CR, "O(N), O(log N) in parallel",                    \
-      TFA_INVERSE_REFUSES,                                                                         \
+    X(TFA_CR, 7, "tfa-cr", TFA_OPS_SOLVE, TFA_CR, "O(N), O(log N) in parallel", TFA_RIGID_REFUSES, \
       "total force algorithm by block cyclic reduction; long revolute chains: as cfa-cr")          \
     X(HESSENBERG, 8, "hessenberg", TFA_OPS_SOLVE, HESSENBERG, "O(N^2)",                            \
-      TFA_INVERSE_REFUSES | TFA_REFUSES_LENGTH, "the paper's (57): block upper Hessenberg")        \
-    X(CFA, 9, "cfa", TFA_OPS_SOLVE, CFA, "O(N)", TFA_INVERSE_REFUSES | TFA_REFUSES_ARMATURE,       \
+      TFA_RIGID_REFUSES | TFA_REFUSES_LENGTH, "the paper's (57): block upper Hessenberg")          \
+    X(CFA, 9, "cfa", TFA_OPS_SOLVE, CFA, "O(N)", TFA_RIGID_REFUSES | TFA_REFUSES_ARMATURE,         \
       "constraint forces, block LDL^T")                                                            \
     X(CFA_CR, 10, "cfa-cr", TFA_OPS_SOLVE, CFA_CR, "O(N), O(log N) in parallel",                   \
-      TFA_INVERSE_REFUSES | TFA_REFUSES_ARMATURE,                                                  \
+      TFA_RIGID_REFUSES | TFA_REFUSES_ARMATURE,                                                    \
       "constraint forces by block cyclic reduction; long revolute chains: over segments")          \
     X(DCA, 11, "dca", TFA_OPS_SOLVE, DCA, "O(N), O(log N) in parallel", TFA_INVERSE_REFUSES,       \
       "divide and conquer: two-handle inverse inertias, assembly tree")                            \
@@ -127,12 +129,13 @@ typedef enum tfa_refusal {
     X(SCAN_TWO_PASS, 13, "scan-two-pass", TFA_OPS_SOLVE, SCAN_TWO_PASS,                            \
       "O(N), O(N/P + log P) on P", TFA_CHAIN_REFUSES,                                              \
       "segment scan seeded with outboard inertias")                                                \
-    X(EFPA, 14, "efpa", TFA_OPS_OSIM, ABA, "O(N + m d + m^2)", TFA_CHAIN_REFUSES,                  \
-      "extended force propagation")                                                                \
-    X(PV_OSIMR, 15, "pv-osimr", TFA_OPS_OSIM, ABA, "O(N + m^2)", TFA_REFUSES_MASSLESS_FOLLOWER,    \
+    X(EFPA, 14, "efpa", TFA_OPS_OSIM, ABA, "O(N + m d + m^2)",                                     \
+      TFA_CHAIN_REFUSES | TFA_REFUSES_MODES, "extended force propagation")                         \
+    X(PV_OSIMR, 15, "pv-osimr", TFA_OPS_OSIM, ABA, "O(N + m^2)",                                   \
+      TFA_REFUSES_MASSLESS_FOLLOWER | TFA_REFUSES_MODES,                                           \
       "force propagation with shared supports passed in one step")                                 \
     X(HYBRID, 16, "hybrid", TFA_OPS_FD, HYBRID, "O(N), O(N/P + iterations) on P",                  \
-      TFA_CHAIN_REFUSES | TFA_REFUSES_TIPS,                                                        \
+      TFA_CHAIN_REFUSES | TFA_REFUSES_TIPS | TFA_REFUSES_MODES,                                    \
       "segments of articulated bodies, forces at their cuts by conjugate gradients")
 
 /** TFA_METHOD_AUTO = 0, TFA_METHOD_RNEA = 1, ...: one constant for each row of TFA_METHOD_LIST. */

@@ -76,6 +76,46 @@ typedef struct tfa_payload {
     double inertia[6]; /**< ixx ixy ixz iyy iyz izz about its centre of mass, kg m^2, link axes */
 } tfa_payload;
 
+#define TFA_MAX_LINK_MODES 12 /**< modes of one link */
+
+/** How the modes of a flexible link move one of its child joints: for each mode, per unit of its
+ *  coordinate, the translation of the joint's origin (m) and the rotation of its axes (rad), linear
+ *  first, in the axes of the link. */
+typedef struct tfa_mode_shape {
+    const char *joint;   /**< name in the file: a joint, fixed ones too, whose parent is the link */
+    const double *shape; /**< mode_count x 6 */
+} tfa_mode_shape;
+
+/**
+ * Modes of a flexible link: it is clamped at its frame, and deforms by small coordinates eta. With
+ * mass m, centre of mass c0 and inertia I about it of the description's link, its velocity w, V at
+ * its origin, the momenta (l_k, a_k) and the matrices M, K, D, lambda = sum eta_k l_k and
+ * c = c0 + lambda / m:
+ *
+ *     T = 1/2 m |V + w x c + lambda'/m|^2 + 1/2 w.I w + sum eta'_k w.(a_k - c0 x l_k)
+ *         + 1/2 eta'^T (M - l^T l / m) eta'
+ *     potential: 1/2 eta^T K eta - gravity . (m origin + R m c);  damping forces - D eta'
+ *
+ * The centre of mass moves exactly; what belongs to the motion about it is constant. The origin of
+ * child joint j stands at r_j + sum eta_k d_jk; its axes are turned by the rotation whose Rodrigues
+ * vector is half of sum eta_k t_jk. Links behind a fixed child joint are rigid and move with it.
+ * What is left out: docs/methods.md.
+ */
+typedef struct tfa_link_modes {
+    const char *link;          /**< name in the file */
+    size_t mode_count;         /**< 1..TFA_MAX_LINK_MODES */
+    const double *momentum;    /**< mode_count x 6: l_k, kg m, and a_k about the link's origin,
+                                    kg m^2, per unit rate, linear first: integrals of phi and of
+                                    r x phi over the mass; axes of the link */
+    const double *mass;        /**< mode_count^2, M: integrals of phi_j . phi_k */
+    const double *stiffness;   /**< mode_count^2, K: symmetric */
+    const double *damping;     /**< mode_count^2, D: symmetric; NULL: 0 */
+    const double *limit;       /**< mode_count: bound of each |eta|, above 0, up to which the
+                                    modes hold; NULL: none */
+    const tfa_mode_shape *shapes; /**< of every child joint of the link */
+    size_t shape_count;           /**< of shapes */
+} tfa_link_modes;
+
 /**
  * Reduction of a robot to the part that a client needs; exact, because it is folded into the
  * constants. Links and joints outside the scene are absent from every array and list.
@@ -88,6 +128,8 @@ typedef struct tfa_scene {
     size_t lock_count;       /**< of locks */
     const tfa_payload *payloads; /**< several may be on one link */
     size_t payload_count;        /**< of payloads */
+    const tfa_link_modes *modes; /**< flexible links, each once */
+    size_t modes_count;          /**< of modes */
 } tfa_scene;
 
 #define TFA_SNAP_MAX 0.01 /**< largest tfa_model_options.snap, rad */
@@ -171,6 +213,13 @@ typedef struct tfa_frame_info {
     const char *name; /**< of the link */
     int32_t body;     /**< body that carries the frame; -1: fixed to the world */
 } tfa_frame_info;
+
+/** A mode of a flexible link: one modal coordinate of requests. */
+typedef struct tfa_mode_info {
+    const char *link; /**< name in the file */
+    uint32_t index;   /**< among the modes of that link */
+    double limit;     /**< bound of its coordinate; infinite: none */
+} tfa_mode_info;
 
 /** Sizes and totals of a model. */
 typedef struct tfa_model_summary {
@@ -292,6 +341,10 @@ TFA_API uint32_t tfa_model_joint_count(const tfa_model *model);
 TFA_API tfa_joint_info tfa_model_joint(const tfa_model *model, uint32_t joint);
 /** Index of the public joint with this name, or -1. */
 TFA_API int32_t tfa_model_find_joint(const tfa_model *model, const char *name);
+/** Number of modes of all flexible links: of modal coordinates in requests. */
+TFA_API uint32_t tfa_model_mode_count(const tfa_model *model);
+/** Mode `mode`, link by link in the order of the frames; link NULL if it does not exist. */
+TFA_API tfa_mode_info tfa_model_mode(const tfa_model *model, uint32_t mode);
 /** Number of frames: links in the scene. */
 TFA_API uint32_t tfa_model_frame_count(const tfa_model *model);
 /** Frame `frame`; name NULL and body -1 if it does not exist. */

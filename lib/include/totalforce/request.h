@@ -197,6 +197,8 @@ typedef struct tfa_request {
                                        metre; NULL: tfa_model_characteristic_length */
     const double *payloads; /**< payload_count x TFA_PAYLOAD_NUMBERS, for every state: mass (kg),
                                  com (m), inertia (kg m^2) as in tfa_payload */
+    const double *modes;    /**< count x mode_count, modal coordinates eta; NULL: 0 */
+    const double *mode_velocities; /**< count x mode_count, 1/s: their rates; NULL: 0 */
 } tfa_request;
 
 /* Flags of an answer */
@@ -220,6 +222,8 @@ typedef struct tfa_request {
 /** Directions of the tips are at or below the threshold of rank_loss: they were damped or cut off,
  *  see tfa_rank and tfa_reply.lost. */
 #define TFA_ANSWER_RANK_LOSS 256u
+/** A modal coordinate exceeds the limit of its mode: the answer is that of the modes beyond it. */
+#define TFA_ANSWER_MODE_LIMIT 512u
 
 /** Quality of the answer for one state. */
 typedef struct tfa_answer {
@@ -299,6 +303,8 @@ typedef enum tfa_field {
     TFA_FIELD_CHARACTERISTIC_LENGTH,
     TFA_FIELD_TASK_ACCELERATION,
     TFA_FIELD_FLAGS,
+    TFA_FIELD_MODES,
+    TFA_FIELD_MODE_VELOCITIES,
     TFA_FIELD_BODY, /**< singular inertia: `index` is the frame of the link that names the body */
 } tfa_field;
 
@@ -389,6 +395,8 @@ typedef struct tfa_reply {
                                     state is not kept: behind a specialised kernel, by the parallel
                                     methods of a long chain (1.35 of 256 bodies), and in batches in
                                     float, whose forces are computed in double, state by state */
+    double *modes;             /**< count x mode_count, 1/s^2: accelerations of the modal
+                                    coordinates (forward dynamics) */
     tfa_answer *answers;       /**< count */
 } tfa_reply;
 

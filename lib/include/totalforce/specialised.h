@@ -46,10 +46,12 @@ typedef struct tfa_specialised_info {
  * with TFA_OK, and may be NULL with size 0. */
 
 /**
- * Checks that a robot can be specialised: no projected mimics, no fused, planar or floating joints
- * besides the floating base, 1 to TFA_SPECIALISED_BODIES_MAX bodies. Cost: O(N). Any thread.
+ * Checks that a robot can be specialised: no projected mimics, no flexible links, no fused, planar
+ * or floating joints besides the floating base, 1 to TFA_SPECIALISED_BODIES_MAX bodies. Cost: O(N).
+ * Any thread.
  *
- * @return TFA_OK; TFA_E_ARGUMENT (model NULL); TFA_E_UNSUPPORTED (error_text names the joint)
+ * @return TFA_OK; TFA_E_ARGUMENT (model NULL); TFA_E_UNSUPPORTED (error_text names the joint
+ *         or the link)
  */
 TFA_API TFA_CHECKED int tfa_specialised_check(const tfa_model *model, char *error_text,
                                               size_t size);

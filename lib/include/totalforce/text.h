@@ -125,9 +125,11 @@ typedef struct tfa_names {
     uint32_t base_freedoms; /**< as tfa_model_base_freedoms */
     uint32_t joint_count;   /**< length of joints */
     uint32_t frame_count;   /**< length of frames */
+    uint32_t mode_count;    /**< length of mode_frames */
     tfa_joint_span *joints; /**< in declared order */
     const char **frames;    /**< link names; the index is the frame index */
     uint32_t *by_name;      /**< joints, then frames, each in the order of their names */
+    uint32_t *mode_frames;  /**< of each modal coordinate, the frame index of its link */
 } tfa_names;
 
 /** Names of a model, which must outlive them. @return TFA_OK, TFA_E_MEMORY (empty). */

@@ -14,6 +14,7 @@
 #include <totalforce/histogram.h>
 #include <totalforce/limits.h>
 #include <totalforce/model.h>
+#include <totalforce/modes.h>
 #include <totalforce/report.h>
 #include <totalforce/specialised.h>
 #include <totalforce/statistics.h>

@@ -111,6 +111,19 @@ static inline num body_d(const body_constants *b)
     return b->d;
 }
 
+/* Robots with flexible links have no body lanes. */
+static inline int32_t body_flexible(const body_constants *b)
+{
+    (void)b;
+    return -1;
+}
+
+static inline int32_t body_handle(const body_constants *b)
+{
+    (void)b;
+    return -1;
+}
+
 static inline int body_has_armature(const body_constants *b)
 {
     return b->has_armature;

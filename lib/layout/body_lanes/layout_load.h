@@ -31,6 +31,20 @@ static inline void TFA_V(load_wrenches)(struct state *s, const tfa_request *r)
     (void)r;
 }
 
+static inline int TFA_V(load_modes)(const struct state *s, const tfa_request *r)
+{
+    (void)s;
+    (void)r;
+    return 1;
+}
+
+static inline int TFA_V(load_mode_velocities)(const struct state *s, const tfa_request *r)
+{
+    (void)s;
+    (void)r;
+    return 0;
+}
+
 /* One number of an array of states, `stride` numbers each, the same in every lane; */
 static inline num gather_states(const struct state *s, const double *array, size_t stride,
                                 size_t index)

@@ -24,6 +24,8 @@
     ARRAY(uint32_t, lane_of, m->bodies, "", "", "and its lane")                                    \
     ARRAY(uint32_t, children, m->bodies, "", "", "how many a body has")
 
+#define HAS_MODES(s) 0 /* robots with flexible links have no body lanes */
+
 /* Where inner coordinates and freedoms come from: one number for each lane */
 typedef struct lane_indices source;
 typedef struct coordinate {

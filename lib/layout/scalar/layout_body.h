@@ -61,6 +61,18 @@ static inline num body_d(const body_constants *b)
     return num_of(b->d);
 }
 
+/* Its own modes; -1: rigid */
+static inline int32_t body_flexible(const body_constants *b)
+{
+    return b->flexible;
+}
+
+/* Of a flexible parent, on which its joint stands; -1: none */
+static inline int32_t body_handle(const body_constants *b)
+{
+    return b->handle;
+}
+
 static inline int body_has_armature(const body_constants *b)
 {
     return b->armature > 0;

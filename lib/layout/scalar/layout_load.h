@@ -23,6 +23,11 @@ svec TFA_V(wrench_of)(const struct state *s, const tfa_request *r, uint32_t w);
 /* s->wrench, and the forces that follow from it. Needs the pose. */
 void TFA_V(load_wrenches)(struct state *s, const tfa_request *r);
 
+/* Modal coordinates. Returns whether they are unchanged. */
+int TFA_V(load_modes)(struct state *s, const tfa_request *r);
+/* Their velocities, and their forces - K eta - D eta'. Returns whether some velocity is not 0. */
+int TFA_V(load_mode_velocities)(struct state *s, const tfa_request *r);
+
 /* One number of an array of states, `stride` numbers each, from the state of every lane. */
 static inline num gather_states(const struct state *s, const double *array, size_t stride,
                                 size_t index)

@@ -40,6 +40,29 @@ struct subtree {
     mat3 A; /* Coriolis matrix: moment by rotation */
 };
 
+/* A flexible body (dynamics/core/modes.h). Rows of six: angular first, one for each mode. */
+struct modal_body {
+    vec3 moved; /* sum eta_k l_k */
+    sym6 change; /* of the rigid inertia by eta, riders included */
+    num B[6 * TFA_MAX_LINK_MODES];
+    num W[6 * TFA_MAX_LINK_MODES];
+    num D[TFA_MAX_LINK_MODES * TFA_MAX_LINK_MODES]; /* then its LDL factors */
+    num r[TFA_MAX_LINK_MODES], u[TFA_MAX_LINK_MODES];
+    num side_W[6 * TFA_MAX_LINK_MODES], side_D[TFA_MAX_LINK_MODES * TFA_MAX_LINK_MODES];
+    num psi[6 * TFA_MAX_LINK_MODES]; /* scan: of the forces that its segment passes on */
+};
+
+/* Where a handle stands, in its body's frame */
+struct modal_handle {
+    mat3 E; /* from the body's axes to those turned with the handle */
+    vec3 p, theta;
+    num scale;                       /* 1 / (1 + theta^2 / 4) */
+    sym6 I;                          /* of the links that are fixed to it */
+    num Phi[6 * TFA_MAX_LINK_MODES]; /* motion by each mode */
+};
+
+#define HAS_MODES(s) ((s)->m->modes != 0)
+
 #define STATE_DERIVATIVES (NUM_LANES == 1 && nv <= TFA_DERIVATIVES_FREEDOMS_MAX ? (size_t)nv : 0)
 #define STATE_TIPS (NUM_LANES == 1 ? (size_t)n.tips : 0) /* batches have none */
 #define STATE_COLUMNS (6 * STATE_TIPS)
@@ -59,6 +82,9 @@ struct subtree {
     ARRAY(struct tfa_body_quad, payload_body_quad, STATE_QUADS(nb), "", "i",                       \
           "payload: the same in quad")                                                             \
     ARRAY(uint8_t, mark, nv, "", "", "load: scratch, by public freedom")                           \
+    ARRAY(num, eta, m->modes, "", "mode", "load: modal coordinates")                               \
+    ARRAY(struct modal_body, modal, m->flexible_bodies, "", "i", "modes: flexible bodies")         \
+    ARRAY(struct modal_handle, handle, m->handles, "", "i", "modes: what moves with them")         \
     ARRAY(num, W, (size_t)m->mimics *nv, "", "joint", "mimic: rows M^-1 G^T")                      \
     ARRAY(num, S, (size_t)m->mimics * m->mimics, "", "mimic", "mimic: LDL factors of G M^-1 G^T")  \
     ARRAY(num, Mr, STATE_DENSE *STATE_DENSE, "kg m2", "joint",                                     \
@@ -111,9 +137,26 @@ typedef struct tfa_freedom freedom;
 
 #include "layout/state_struct.h"
 
+/* The modes of flexible body i; those that move a handle, and its motion by mode k */
+static inline const struct tfa_flexible *flexible_of(const struct state *s, uint32_t i)
+{
+    return &s->m->flexible[s->body[i].flexible];
+}
+
+static inline const struct tfa_flexible *carrier_of(const struct state *s, int32_t handle)
+{
+    return &s->m->flexible[s->m->handle[handle].flexible];
+}
+
+static inline svec phi_of(const struct state *s, int32_t handle, uint32_t k)
+{
+    return sv_from(s->handle[handle].Phi + 6 * k);
+}
+
 static inline int model_has_identity_map(const struct tfa_model *m)
 {
-    int identity_map = m->inner_q == m->q_count && m->freedoms - m->base_freedoms == m->v_count;
+    int identity_map =
+        m->inner_q == m->q_count && m->freedoms - m->base_freedoms - m->modes == m->v_count;
     for (uint32_t k = 0; identity_map && k < m->inner_q; k++)
         identity_map = m->coordinate[k].from == k && m->coordinate[k].multiplier == 1 &&
                        m->coordinate[k].offset == 0;

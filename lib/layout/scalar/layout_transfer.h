@@ -8,6 +8,9 @@
 
 #include "layout/body.h"
 
+void TFA_V(modes_add_inertia)(struct state *s, int32_t handle, const sym6 *IA);
+void TFA_V(modes_add_force)(struct state *s, int32_t handle, svec pA);
+
 /* The body whose numbers lane l has at step i: i itself */
 TFA_INLINE uint32_t body_in_lane(const struct state *s, uint32_t i, uint32_t l)
 {
@@ -43,6 +46,8 @@ TFA_INLINE void add_inertia_to_parent(struct state *s, uint32_t i, const sym6 *u
         s->IA[b->parent] = *up;
     else
         s6_add(&s->IA[b->parent], up);
+    if (flags & ABA_MODES && !(flags & ABA_DETACH) && b->handle >= 0)
+        TFA_V(modes_add_inertia)(s, b->handle, up);
 }
 
 TFA_INLINE void add_force_to_parent(struct state *s, uint32_t i, svec up, int flags)
@@ -54,6 +59,8 @@ TFA_INLINE void add_force_to_parent(struct state *s, uint32_t i, svec up, int fl
         s->pA[b->parent] = up;
     else
         s->pA[b->parent] = sv_add(s->pA[b->parent], up);
+    if (flags & ABA_MODES && !(flags & ABA_DETACH) && b->handle >= 0)
+        TFA_V(modes_add_force)(s, b->handle, up);
 }
 
 /* Sum over the children of body i, which has some, in a full sweep */

@@ -26,7 +26,7 @@ static uint32_t count_freedoms(const struct draft *d)
     uint32_t n = 0;
     for (uint32_t i = 0; i < d->bodies; i++)
         n += d->body[i].n;
-    return n;
+    return n + d->modes;
 }
 
 static uint32_t count_followers(const struct draft *d)
@@ -50,6 +50,7 @@ static struct layout layout_of(const struct draft *d, void *memory)
     l.quad = arena_alloc(&a, d->bodies, sizeof *l.quad);
     l.link_quad = arena_alloc(&a, d->frames, sizeof *l.link_quad);
     l.chain_body = arena_alloc(&a, d->bodies, sizeof *l.chain_body);
+    l.modal = arena_alloc(&a, tfa_modal_numbers(d), sizeof *l.modal);
     l.text = arena_alloc(&a, text_size(d->description), 1);
     l.size = a.used;
     return l;
@@ -67,6 +68,8 @@ static void bind(struct layout *l, const struct draft *d)
     m->joints = d->joints;
     m->q_count = d->q_count;
     m->v_count = d->v_count;
+    m->flexible_bodies = d->flexible_bodies;
+    m->handles = d->handles;
 }
 
 static void count_fates(tfa_model_summary *s, const struct tfa_model *m)
@@ -124,6 +127,7 @@ const struct tfa_model *tfa_compile(const struct draft *d, void *memory)
     tfa_compute_mass_properties(m, l.body, l.quad, l.body_info, d->mass_scratch, scene->payloads,
                                 scene->payload_count);
     tfa_compute_links(m, l.link, l.link_quad, scene->payloads, scene->payload_count);
+    tfa_emit_modes(&l, d);
     tfa_hash_model(m);
     return m;
 }

@@ -20,6 +20,8 @@
     X(struct tfa_chain, chain, d->bodies)                                                          \
     X(struct tfa_part, part, d->parts)                                                             \
     X(struct tfa_xform_quad, part_quad, d->parts)                                                  \
+    X(struct tfa_flexible, flexible, d->flexible_bodies)                                           \
+    X(struct tfa_handle, handle, d->handles)                                                       \
     X(tfa_joint_info, joint, d->joints)                                                            \
     X(tfa_declared_joint, declared, d->description->joint_count)                                   \
     X(tfa_body_info, body_info, d->bodies)                                                         \
@@ -41,6 +43,7 @@ struct layout {
     struct tfa_body_quad *quad; /* of each body */
     struct tfa_mass_properties *link_quad; /* of each link */
     uint32_t *chain_body;       /* of all chains */
+    double *modal;              /* numbers of flexible bodies */
     char *text;                 /* names; advances as they are stored */
     size_t size;                /* of all, bytes */
 };
@@ -65,6 +68,10 @@ void tfa_emit_chains(struct layout *l);
 
 /* Maps from public to inner coordinates and freedoms; armature, damping, mimics. */
 void tfa_emit_maps(struct layout *l, const struct draft *d);
+
+/* Flexible bodies, their handles and what rides on these; how many numbers they keep. */
+void tfa_emit_modes(struct layout *l, const struct draft *d);
+size_t tfa_modal_numbers(const struct draft *d);
 
 /* Frames, links, public joints and declared joints with their names. */
 void tfa_emit_names(struct layout *l, const struct draft *d);

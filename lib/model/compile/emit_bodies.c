@@ -17,7 +17,8 @@ static void round_body(struct tfa_body *o, struct tfa_xform_quad *quad, const st
     const ext moved = i && b->parent >= 0 ? ext_abs(d->body[b->parent].move.w) : 0;
     ext_round_rotation(o->E, b->E);
     ext_round_vector(o->r, b->r, moved + ext_abs(b->move.w));
-    if (b->axial) {
+    o->axial = b->axial && b->handle < 0; /* a handle turns and moves */
+    if (o->axial) {
         o->E[6] = 0;
         o->r[0] = (double)b->a;
         o->r[1] = (double)(b->d * o->E[7]);
@@ -25,7 +26,6 @@ static void round_body(struct tfa_body *o, struct tfa_xform_quad *quad, const st
     }
     o->armature = b->armature;
     o->d = (double)b->d;
-    o->axial = b->axial;
     o->parent = b->parent;
     o->kind = b->kind;
     o->n = b->n;
@@ -86,7 +86,7 @@ void tfa_emit_bodies(struct layout *l, const struct draft *d)
     l->without_payload[d->bodies] = d->world.sum;
     m->mass_without_payload = d->mass;
     m->inner_q = q;
-    m->freedoms = v;
+    m->freedoms = v + d->modes;
     mark_ends(l);
 }
 

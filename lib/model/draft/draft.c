@@ -18,7 +18,10 @@ static int allocate(struct draft *d, const tfa_description *s)
     d->part = calloc(joints, sizeof *d->part);
     d->mass_scratch = calloc(joints + 1, sizeof *d->mass_scratch);
     d->order = calloc(joints, sizeof *d->order);
-    if (!d->link || !d->frame || !d->joint || !d->body || !d->part || !d->mass_scratch || !d->order)
+    d->flexible = calloc(links, sizeof *d->flexible);
+    d->handle = calloc(joints, sizeof *d->handle);
+    if (!d->flexible || !d->handle || !d->link || !d->frame || !d->joint || !d->body || !d->part ||
+        !d->mass_scratch || !d->order)
         return TFA_E_MEMORY;
     for (size_t j = 0; j < joints; j++)
         d->joint[j].leader = d->joint[j].body = -1;
@@ -29,7 +32,7 @@ static int allocate(struct draft *d, const tfa_description *s)
 static int (*const passes[])(struct draft *d, tfa_report *report) = {
     tfa_draft_order, tfa_draft_values,   tfa_draft_scene,  tfa_draft_locks, tfa_draft_mimics,
     tfa_draft_trees, tfa_draft_inertias, tfa_draft_leaves, tfa_draft_merge, tfa_draft_base,
-    tfa_draft_fuse,  tfa_draft_singular, tfa_draft_axial,  tfa_draft_sort};
+    tfa_draft_fuse,  tfa_draft_singular, tfa_draft_axial,  tfa_draft_sort,  tfa_draft_modes};
 
 int tfa_draft_make(struct draft *d, const tfa_description *description,
                    const tfa_model_options *options, tfa_report *report)
@@ -60,5 +63,7 @@ void tfa_draft_free(struct draft *d)
     free(d->part);
     free(d->mass_scratch);
     free(d->order);
+    free(d->flexible);
+    free(d->handle);
     memset(d, 0, sizeof *d);
 }

@@ -21,6 +21,7 @@ struct draft_link {
     uint8_t has_mass;       /* later: or its subtree has */
     uint8_t loaded;         /* it carries a payload */
     uint8_t tip;            /* the scene names it as a tip */
+    int32_t handle;         /* on which it rides, fixed to a flexible link; or -1 */
     uint8_t moves;          /* with a joint that is not fixed, or with the base */
     uint32_t carrier;       /* first link of the body that it is part of */
     long double best;       /* of a carrier: largest least moment of a link of its body */
@@ -54,7 +55,8 @@ struct draft_body {
     uint8_t kind, n, base;
     uint8_t loaded;  /* a link of it carries a payload */
     uint8_t aligned; /* its x axis lies on the common normal with a child's axis */
-    uint8_t axial;   /* as in tfa_body, and its a and d */
+    int32_t flexible, handle; /* as in tfa_body */
+    uint8_t axial;            /* as in tfa_body, and its a and d */
     ext a, d;
     struct draft_move move;
 };
@@ -72,6 +74,16 @@ struct draft_frame {
     ext R[9], p[3];
 };
 
+/* A flexible link on its body; a child joint of one (draft_modes.c) */
+struct draft_flexible {
+    const tfa_link_modes *modes;
+    uint32_t link, body;
+};
+struct draft_handle {
+    uint32_t flexible, joint; /* of the description */
+    const double *shape;
+};
+
 struct draft {
     const tfa_description *description;
     const tfa_model_options *options; /* never NULL */
@@ -85,6 +97,9 @@ struct draft {
     long double rounding;    /* rounding of inertias in the file, kg m^2 (draft_inertias.c) */
     struct tfa_mass_scratch *mass_scratch; /* scratch of tfa_compute_mass_properties: bodies + 1 */
     uint32_t *order;                       /* joints, parents first, document order otherwise */
+    struct draft_flexible *flexible;       /* in the order of their links */
+    struct draft_handle *handle;
+    uint32_t flexible_bodies, handles, modes;
     uint32_t bodies, parts;
     uint32_t joints, frames;   /* public */
     uint32_t q_count, v_count; /* public, base excluded */
@@ -148,6 +163,13 @@ int tfa_draft_axial(struct draft *d, tfa_report *report);
 
 /* Sorts bodies tree by tree, parents first; numbers frames, joints and coordinates. */
 int tfa_draft_sort(struct draft *d, tfa_report *report);
+
+/* Finds flexible bodies, and what rides on their handles. */
+int tfa_draft_modes(struct draft *d, tfa_report *report);
+
+/* Momentum per rate of a mode about the origin of its body, body axes: angular, linear */
+void tfa_draft_momentum(const struct draft *d, const struct draft_flexible *x, size_t mode,
+                        ext a[3], ext l[3]);
 
 /* ---- notes, for a robot without errors ---- */
 

@@ -42,7 +42,8 @@ uint64_t output_candidates(tfa_op op, uint32_t flags)
 
 int output_is_answered(int k, const robot_names *robot, const tfa_request *request)
 {
-    return tfa_is_printed(&tfa_outputs[outputs[k].block], robot->names.base_freedoms, request);
+    return tfa_is_printed(&tfa_outputs[outputs[k].block], robot->names.base_freedoms,
+                          robot->names.mode_count, request);
 }
 
 int output_find(const char *name)
@@ -59,14 +60,15 @@ uint32_t extent_size(int extent, const robot_names *robot, const tfa_request *re
 {
     const tfa_extents n =
         tfa_extents_of(robot->names.q_count, robot->names.v_count, robot->names.base_freedoms,
-                       robot->names.frame_count, request);
+                       robot->names.frame_count, robot->names.mode_count, request);
     return extent == EXTENT_NONE ? 0 : (uint32_t)tfa_extent(extent, &n);
 }
 
 const char *extent_name(int extent, char *text, size_t size)
 {
-    static const char *const names[] = {"",     "n_q",   "n_v", "n",       "tips",
-                                        "rows", "links", "6",   "2 + rows"};
+    static const char *const names[] = {
+        "",     "n_q",   "n_v", "n",        "tips",
+        "rows", "links", "6",   "2 + rows", [-EXTENT_MODES] = "n_modes"};
     if (extent <= 0)
         return names[-extent];
     snprintf(text, size, "%d", extent);

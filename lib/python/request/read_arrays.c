@@ -120,9 +120,10 @@ static staged_array *stage(request_call *call, size_t member, uint32_t width)
 int read_states(request_call *call, const input_row *input, PyObject *value)
 {
     const uint32_t width = extent_size(input->width, call->robot, &call->request);
-    if (call->robot->names.base_freedoms == 0)
-        return raise_status(TFA_E_ARGUMENT, input->name, "%s: the robot's base is fixed",
-                            input->name);
+    const int of_modes = input->width == EXTENT_MODES;
+    if (of_modes ? !width : call->robot->names.base_freedoms == 0)
+        return raise_status(TFA_E_ARGUMENT, input->name, "%s: the robot%s", input->name,
+                            of_modes ? " has no flexible links" : "'s base is fixed");
     stage(call, input->member, width);
     return add_piece(call, input->name, input->width, width, value);
 }

@@ -24,11 +24,13 @@ static const char *set_name(PyObject *list, uint32_t k, const char *name)
 static int set_names(robot_names *robot)
 {
     tfa_names *names = &robot->names;
-    int bad = !robot->joints || !robot->links;
+    int bad = !robot->joints || !robot->links || !robot->modes;
     for (uint32_t k = 0; !bad && k < names->joint_count; k++)
         bad = !(names->joints[k].name = set_name(robot->joints, k, names->joints[k].name));
     for (uint32_t k = 0; !bad && k < names->frame_count; k++)
         bad = !(names->frames[k] = set_name(robot->links, k, names->frames[k]));
+    for (uint32_t k = 0; !bad && k < names->mode_count; k++)
+        bad = !set_name(robot->modes, k, tfa_names_frame(names, names->mode_frames[k]));
     return bad;
 }
 
@@ -36,7 +38,8 @@ static int fill(robot_names *robot, const tfa_names *names)
 {
     *robot = (struct robot_names){.names = *names,
                                   .joints = PyTuple_New(names->joint_count),
-                                  .links = PyTuple_New(names->frame_count)};
+                                  .links = PyTuple_New(names->frame_count),
+                                  .modes = PyTuple_New(names->mode_count)};
     if (!set_names(robot))
         return 0;
     robot_clear(robot);
@@ -70,6 +73,7 @@ void robot_clear(robot_names *robot)
 {
     Py_CLEAR(robot->joints);
     Py_CLEAR(robot->links);
+    Py_CLEAR(robot->modes);
     tfa_names_free(&robot->names);
 }
 

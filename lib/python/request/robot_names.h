@@ -14,6 +14,7 @@ typedef struct robot_names {
     tfa_names names;  /**< joints and links: UTF-8 of the tuples */
     PyObject *joints; /**< tuple of names in declared order */
     PyObject *links;  /**< tuple of link names; the position is the frame index */
+    PyObject *modes;  /**< tuple: of each modal coordinate, the name of its link */
 } robot_names;
 
 /* Each fills an empty robot. @return 0; -1 with an exception, the robot empty */

@@ -44,6 +44,7 @@ STATUSES: dict[str, tuple[str, str]]
 ANSWER_ESTIMATED: int
 ANSWER_FALLBACK: int
 ANSWER_INACCURATE: int
+ANSWER_MODE_LIMIT: int
 ANSWER_NOT_FINITE: int
 ANSWER_RANK_LOSS: int
 ANSWER_RESIDUAL_PRECISION: int
@@ -225,6 +226,8 @@ class Reply:
     @property
     def model(self) -> str: ...
     @property
+    def modes(self) -> Array: ...
+    @property
     def momentum(self) -> Array: ...
     @property
     def mu(self) -> Array: ...
@@ -265,6 +268,8 @@ class _Solver:
         base_pose: Optional[Numbers] = None,
         base_twist: Optional[Numbers] = None,
         base_wrench: Optional[Numbers] = None,
+        modes: Optional[Numbers] = None,
+        mode_velocities: Optional[Numbers] = None,
         gravity: Optional[Numbers] = None,
         wrench: Optional[Wrenches] = None,
         tips: Optional[Links] = None,
@@ -292,6 +297,8 @@ class _Solver:
         base_pose: Optional[Numbers] = None,
         base_twist: Optional[Numbers] = None,
         base_acceleration: Optional[Numbers] = None,
+        modes: Optional[Numbers] = None,
+        mode_velocities: Optional[Numbers] = None,
         gravity: Optional[Numbers] = None,
         wrench: Optional[Wrenches] = None,
         tips: Optional[Links] = None,
@@ -313,6 +320,8 @@ class _Solver:
         v: Optional[Joints] = None,
         base_pose: Optional[Numbers] = None,
         base_twist: Optional[Numbers] = None,
+        modes: Optional[Numbers] = None,
+        mode_velocities: Optional[Numbers] = None,
         gravity: Optional[Numbers] = None,
         wrench: Optional[Wrenches] = None,
         rows: Optional[Rows] = None,
@@ -337,6 +346,8 @@ class _Solver:
         v: Optional[Joints] = None,
         base_pose: Optional[Numbers] = None,
         base_twist: Optional[Numbers] = None,
+        modes: Optional[Numbers] = None,
+        mode_velocities: Optional[Numbers] = None,
         gravity: Optional[Numbers] = None,
         tips: Optional[Links] = None,
         rows: Optional[Rows] = None,
@@ -355,6 +366,8 @@ class _Solver:
         *,
         base_pose: Optional[Numbers] = None,
         base_twist: Optional[Numbers] = None,
+        modes: Optional[Numbers] = None,
+        mode_velocities: Optional[Numbers] = None,
         gravity: Optional[Numbers] = None,
         tips: Optional[Links] = None,
         rows: Optional[Rows] = None,
@@ -376,6 +389,8 @@ class _Solver:
         base_pose: Optional[Numbers] = None,
         base_twist: Optional[Numbers] = None,
         base_acceleration: Optional[Numbers] = None,
+        modes: Optional[Numbers] = None,
+        mode_velocities: Optional[Numbers] = None,
         gravity: Optional[Numbers] = None,
         wrench: Optional[Wrenches] = None,
         tips: Optional[Links] = None,
@@ -399,6 +414,8 @@ class _Solver:
         base_pose: Optional[Numbers] = None,
         base_twist: Optional[Numbers] = None,
         base_wrench: Optional[Numbers] = None,
+        modes: Optional[Numbers] = None,
+        mode_velocities: Optional[Numbers] = None,
         gravity: Optional[Numbers] = None,
         wrench: Optional[Wrenches] = None,
         tips: Optional[Links] = None,
@@ -426,6 +443,8 @@ class _Solver:
         base_pose: Optional[Numbers] = None,
         base_twist: Optional[Numbers] = None,
         base_wrench: Optional[Numbers] = None,
+        modes: Optional[Numbers] = None,
+        mode_velocities: Optional[Numbers] = None,
         gravity: Optional[Numbers] = None,
         wrench: Optional[Wrenches] = None,
         tips: Optional[Links] = None,
@@ -459,6 +478,7 @@ class Model:
         locked: Optional[Union[Mapping[str, Any], Sequence[str]]] = None,
         payload: Optional[Payloads] = None,
         armature: Optional[Mapping[str, float]] = None,
+        modes: Optional[Union[Path, bytes, Sequence[Union[Path, bytes]]]] = None,
     ) -> None: ...
     @property
     def name(self) -> str: ...
@@ -476,6 +496,8 @@ class Model:
     def joint_names(self) -> tuple[str, ...]: ...
     @property
     def links(self) -> tuple[str, ...]: ...
+    @property
+    def modes(self) -> tuple[str, ...]: ...
     @property
     def joints(self) -> tuple[Joint, ...]: ...
     @property
@@ -513,6 +535,7 @@ class Model:
         locked: Optional[Union[Mapping[str, Any], Sequence[str]]] = None,
         payload: Optional[Payloads] = None,
         armature: Optional[Mapping[str, float]] = None,
+        modes: Optional[Union[Path, bytes, Sequence[Union[Path, bytes]]]] = None,
     ) -> Model: ...
     def derive(
         self,
@@ -603,6 +626,8 @@ class Client:
     @property
     def links(self) -> tuple[str, ...]: ...
     @property
+    def modes(self) -> tuple[str, ...]: ...
+    @property
     def hash(self) -> str: ...
     @property
     def q_count(self) -> int: ...
@@ -632,6 +657,8 @@ class Client:
         base_pose: Optional[Numbers] = None,
         base_twist: Optional[Numbers] = None,
         base_wrench: Optional[Numbers] = None,
+        modes: Optional[Numbers] = None,
+        mode_velocities: Optional[Numbers] = None,
         gravity: Optional[Numbers] = None,
         wrench: Optional[Wrenches] = None,
         tips: Optional[Links] = None,
@@ -660,6 +687,8 @@ class Client:
         base_pose: Optional[Numbers] = None,
         base_twist: Optional[Numbers] = None,
         base_acceleration: Optional[Numbers] = None,
+        modes: Optional[Numbers] = None,
+        mode_velocities: Optional[Numbers] = None,
         gravity: Optional[Numbers] = None,
         wrench: Optional[Wrenches] = None,
         tips: Optional[Links] = None,
@@ -682,6 +711,8 @@ class Client:
         v: Optional[Joints] = None,
         base_pose: Optional[Numbers] = None,
         base_twist: Optional[Numbers] = None,
+        modes: Optional[Numbers] = None,
+        mode_velocities: Optional[Numbers] = None,
         gravity: Optional[Numbers] = None,
         wrench: Optional[Wrenches] = None,
         rows: Optional[Rows] = None,
@@ -707,6 +738,8 @@ class Client:
         v: Optional[Joints] = None,
         base_pose: Optional[Numbers] = None,
         base_twist: Optional[Numbers] = None,
+        modes: Optional[Numbers] = None,
+        mode_velocities: Optional[Numbers] = None,
         gravity: Optional[Numbers] = None,
         tips: Optional[Links] = None,
         rows: Optional[Rows] = None,
@@ -726,6 +759,8 @@ class Client:
         *,
         base_pose: Optional[Numbers] = None,
         base_twist: Optional[Numbers] = None,
+        modes: Optional[Numbers] = None,
+        mode_velocities: Optional[Numbers] = None,
         gravity: Optional[Numbers] = None,
         tips: Optional[Links] = None,
         rows: Optional[Rows] = None,
@@ -748,6 +783,8 @@ class Client:
         base_pose: Optional[Numbers] = None,
         base_twist: Optional[Numbers] = None,
         base_acceleration: Optional[Numbers] = None,
+        modes: Optional[Numbers] = None,
+        mode_velocities: Optional[Numbers] = None,
         gravity: Optional[Numbers] = None,
         wrench: Optional[Wrenches] = None,
         tips: Optional[Links] = None,
@@ -772,6 +809,8 @@ class Client:
         base_pose: Optional[Numbers] = None,
         base_twist: Optional[Numbers] = None,
         base_wrench: Optional[Numbers] = None,
+        modes: Optional[Numbers] = None,
+        mode_velocities: Optional[Numbers] = None,
         gravity: Optional[Numbers] = None,
         wrench: Optional[Wrenches] = None,
         tips: Optional[Links] = None,
@@ -800,6 +839,8 @@ class Client:
         base_pose: Optional[Numbers] = None,
         base_twist: Optional[Numbers] = None,
         base_wrench: Optional[Numbers] = None,
+        modes: Optional[Numbers] = None,
+        mode_velocities: Optional[Numbers] = None,
         gravity: Optional[Numbers] = None,
         wrench: Optional[Wrenches] = None,
         tips: Optional[Links] = None,

@@ -112,7 +112,7 @@ static PyObject *get_names(PyObject *self, void *closure)
     const client_object *c = (const client_object *)self;
     if (!info_of(self))
         return NULL;
-    return Py_NewRef(closure ? c->robot.links : c->robot.joints);
+    return Py_NewRef(*(PyObject *const *)((const char *)&c->robot + (uintptr_t)closure));
 }
 
 static PyObject *get_hash(PyObject *self, void *unused)
@@ -154,9 +154,12 @@ NUMBER(max_tips)
 NUMBER(daemon_pid)
 
 PyGetSetDef client_attributes[] = {
-    {"joint_names", get_names, NULL, "Names of the joints in the order of the arrays.", NULL},
+    {"joint_names", get_names, NULL, "Names of the joints in the order of the arrays.",
+     (void *)offsetof(robot_names, joints)},
     {"links", get_names, NULL, "Names of the links; the position is the frame index.",
-     (void *)"links"},
+     (void *)offsetof(robot_names, links)},
+    {"modes", get_names, NULL, "Link of each modal coordinate.",
+     (void *)offsetof(robot_names, modes)},
     {"hash", get_hash, NULL, "Hash of the daemon's model, as Model.hash.", NULL},
     {"q_count", get_q_count, NULL, "Coordinates of the joints in q (n_q).", NULL},
     {"v_count", get_v_count, NULL, "Freedoms of the joints in v, tau, qdd (n_v).", NULL},

@@ -63,6 +63,12 @@ static PyObject *get_links(PyObject *self, void *unused)
     return Py_NewRef(((model_object *)self)->robot.links);
 }
 
+static PyObject *get_modes(PyObject *self, void *unused)
+{
+    (void)unused;
+    return Py_NewRef(((model_object *)self)->robot.modes);
+}
+
 static PyObject *joint_at(const tfa_model *model, uint32_t k)
 {
     const tfa_joint_info joint = tfa_model_joint(model, k);
@@ -167,6 +173,7 @@ PyGetSetDef model_attributes[] = {
     {"base_freedoms", get_base_freedoms, NULL, "6 with a floating base, else 0.", NULL},
     {"joint_names", get_joint_names, NULL, "Names of the joints in the order of the arrays.", NULL},
     {"links", get_links, NULL, "Names of the links; the position is the frame index.", NULL},
+    {"modes", get_modes, NULL, "Link of each modal coordinate.", NULL},
     {"joints", get_joints, NULL, "Joints with their places in the arrays (Joint).", NULL},
     {"bodies", get_bodies, NULL, "Mass properties of the bodies (Body).", NULL},
     {"declared", get_declared, NULL, "Joints of the file and their fates (DeclaredJoint).", NULL},

@@ -101,18 +101,27 @@ static PyObject *finish(PyTypeObject *type, int status, tfa_model *model, const 
     return made;
 }
 
-static char *keywords[] = {
-    "",        "base",     "gravity", "rotor_inertia", "damping", "lock_massless_leaves",
-    "inertia", "mimic",    "snap",    "root",          "tips",    "locked",
-    "payload", "armature", NULL};
+PyObject *raise_load_error(int status, const char *path, tfa_report *report)
+{
+    return finish(&model_type, status, NULL, path, report, NULL);
+}
+
+static char *keywords[] = {"",        "base",
+                           "gravity", "rotor_inertia",
+                           "damping", "lock_massless_leaves",
+                           "inertia", "mimic",
+                           "snap",    "root",
+                           "tips",    "locked",
+                           "payload", "armature",
+                           "modes",   NULL};
 
 static int parse_options(PyObject *args, PyObject *kwargs, const char *format, PyObject **source,
                          model_options *o)
 {
-    return PyArg_ParseTupleAndKeywords(args, kwargs, format, keywords, source, &o->base,
-                                       &o->gravity, &o->rotor_inertia, &o->damping,
-                                       &o->lock_massless_leaves, &o->inertia, &o->mimic, &o->snap,
-                                       &o->root, &o->tips, &o->locked, &o->payload, &o->armature)
+    return PyArg_ParseTupleAndKeywords(
+               args, kwargs, format, keywords, source, &o->base, &o->gravity, &o->rotor_inertia,
+               &o->damping, &o->lock_massless_leaves, &o->inertia, &o->mimic, &o->snap, &o->root,
+               &o->tips, &o->locked, &o->payload, &o->armature, &o->modes)
                ? 0
                : -1;
 }
@@ -132,8 +141,10 @@ static PyObject *copy_options(PyObject *kwargs)
     return made;
 }
 
-/* Keeps source, file and the copy of the options in a model that was made. */
-static PyObject *remember(PyObject *made, PyObject *source, const char *file, PyObject *copy)
+/* Keeps source, file and the copy of the options in a model that was made, with the texts of its
+ * modes, if any, in place of their files. */
+static PyObject *remember(PyObject *made, PyObject *source, const char *file, PyObject *copy,
+                          PyObject *texts)
 {
     model_object *m = (model_object *)made;
     if (!m)
@@ -141,7 +152,9 @@ static PyObject *remember(PyObject *made, PyObject *source, const char *file, Py
     m->source = Py_XNewRef(source);
     m->file = file ? PyUnicode_DecodeFSDefault(file) : Py_NewRef(Py_None);
     m->options = Py_XNewRef(copy);
-    if (!m->file)
+    if (copy && texts && PyDict_SetItemString(copy, "modes", texts) < 0)
+        Py_CLEAR(made);
+    if (made && !m->file)
         Py_CLEAR(made);
     return made;
 }
@@ -170,7 +183,7 @@ static PyObject *compile_source(PyTypeObject *type, PyObject *source, const char
         status = tfa_model_create(description, &options->c, &report, &model);
     tfa_description_free(description);
     Py_END_ALLOW_THREADS return remember(finish(type, status, model, file, &report, NULL), source,
-                                         file, copy);
+                                         file, copy, options->modes_texts);
 }
 
 /* The bytes of a str or of an object like bytes, a new reference; NULL with an exception. */
@@ -221,7 +234,7 @@ PyObject *read_source(PyObject *source, char **file)
     }
     else
     {
-        finish(&model_type, status, NULL, report.file ? report.file : name, &report, NULL);
+        raise_load_error(status, report.file ? report.file : name, &report);
     }
     Py_DECREF(path);
     return bytes;
@@ -232,7 +245,7 @@ static PyObject *model_new(PyTypeObject *type, PyObject *args, PyObject *kwargs)
     model_options options = {0};
     PyObject *source = NULL, *bytes = NULL, *made = NULL, *copy = copy_options(kwargs);
     char *file = NULL;
-    if (parse_options(args, kwargs, "O|$OOOOOOOOOOOOO:Model", &source, &options) == 0 &&
+    if (parse_options(args, kwargs, "O|$OOOOOOOOOOOOOO:Model", &source, &options) == 0 &&
         model_options_read(&options) == 0 && (bytes = read_source(source, &file)))
         made = compile_source(type, bytes, file, &options, copy, NULL);
     Py_XDECREF(bytes);
@@ -247,7 +260,7 @@ static PyObject *parse_model(PyTypeObject *type, PyObject *args, const char *fil
 {
     model_options options = {0};
     PyObject *source = NULL, *bytes = NULL, *made = NULL, *copy = copy_options(kwargs);
-    if (parse_options(args, kwargs, "O|$OOOOOOOOOOOOO:parse", &source, &options) == 0 &&
+    if (parse_options(args, kwargs, "O|$OOOOOOOOOOOOOO:parse", &source, &options) == 0 &&
         model_options_read(&options) == 0 && (bytes = bytes_of(source)))
         made = compile_source(type, bytes, file, &options, copy, NULL);
     Py_XDECREF(bytes);
@@ -276,8 +289,8 @@ static PyObject *model_derive(PyObject *self, PyObject *args, PyObject *kwargs)
         Py_BEGIN_ALLOW_THREADS status =
             tfa_model_derive(m->model, options.c.gravity, options.payloads,
                              options.scene.payload_count, &report, &model);
-        Py_END_ALLOW_THREADS made =
-            remember(finish(Py_TYPE(self), status, model, NULL, &report, self), NULL, NULL, copy);
+        Py_END_ALLOW_THREADS made = remember(
+            finish(Py_TYPE(self), status, model, NULL, &report, self), NULL, NULL, copy, NULL);
     }
     Py_XDECREF(copy);
     model_options_clear(&options);
@@ -334,7 +347,7 @@ static PyObject *model_moved(PyObject *self, PyObject *seed)
     if (!m->source || !m->options)
         return PyErr_Format(PyExc_TypeError, "_moved: not of a model of URDF and plain options");
     PyObject *one = PyTuple_Pack(1, m->source);
-    if (one && parse_options(one, m->options, "O|$OOOOOOOOOOOOO:_moved", &source, &options) == 0 &&
+    if (one && parse_options(one, m->options, "O|$OOOOOOOOOOOOOO:_moved", &source, &options) == 0 &&
         model_options_read(&options) == 0)
         made = compile_source(Py_TYPE(self), source, NULL, &options, NULL, &random);
     Py_XDECREF(one);
@@ -376,12 +389,14 @@ static PyObject *model_repr(PyObject *self)
     "        {'link': name, 'mass': kg, 'com': (3,) m, 'inertia': (6,) kg m^2}, in link axes,\n"   \
     "        inertia ixx ixy ixz iyy iyz izz about the centre of mass\n"                           \
     "armature : {joint: inertia}\n"                                                                \
-    "        reflected rotor inertias, kg m^2 or kg; URDF cannot say them\n"
+    "        reflected rotor inertias, kg m^2 or kg; URDF cannot say them\n"                       \
+    "modes : path, bytes, or list of them\n"                                                       \
+    "        files with the modes of flexible links, or their text as bytes; YAML\n"
 
 #define OPTIONS_SIGNATURE                                                                          \
     ", /, *, base=None, gravity=None, rotor_inertia=None, damping=None, "                          \
     "lock_massless_leaves=None, inertia=None, mimic=None, snap=None, root=None, tips=None, "       \
-    "locked=None, payload=None, armature=None)\n--\n\n"
+    "locked=None, payload=None, armature=None, modes=None)\n--\n\n"
 
 static PyMethodDef factories[] = {
     {"parse", (PyCFunction)(void (*)(void))model_parse, METH_VARARGS | METH_KEYWORDS | METH_CLASS,

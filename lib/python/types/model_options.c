@@ -120,6 +120,36 @@ static int is_given(PyObject *value)
     return value && value != Py_None;
 }
 
+/* Files, or bytes of them */
+static int read_modes(model_options *o)
+{
+    PyObject *list = PyList_Check(o->modes) || PyTuple_Check(o->modes) ? PySequence_Tuple(o->modes)
+                                                                       : PyTuple_Pack(1, o->modes);
+    o->modes_texts = PyList_New(0);
+    int bad = list && o->modes_texts ? 0 : -1;
+    for (Py_ssize_t k = 0; !bad && k < PyTuple_GET_SIZE(list); k++) {
+        PyObject *entry = PyTuple_GET_ITEM(list, k);
+        tfa_report report = {0};
+        char *file = NULL;
+        PyObject *text = PyBytes_Check(entry) ? Py_NewRef(entry) : read_source(entry, &file);
+        const int status =
+            !text ? TFA_E_ARGUMENT
+                  : tfa_modes_parse(PyBytes_AS_STRING(text), (size_t)PyBytes_GET_SIZE(text), file,
+                                    &o->link_modes, &report);
+        bad = status != TFA_OK || PyList_Append(o->modes_texts, text) < 0 ? -1 : 0;
+        if (text && status != TFA_OK)
+            raise_load_error(status, file, &report);
+        else if (!text && PyErr_ExceptionMatches(PyExc_TypeError))
+            raise_from_current("modes", "must be a file, bytes, or a list of them");
+        Py_XDECREF(text);
+        free(file);
+    }
+    Py_XDECREF(list);
+    o->scene.modes = o->link_modes.links;
+    o->scene.modes_count = o->link_modes.count;
+    return bad;
+}
+
 static int read_scene(model_options *o)
 {
     if (is_given(o->root) && !(o->scene.root = name_of("root", o->root, o->names)))
@@ -131,8 +161,11 @@ static int read_scene(model_options *o)
     if (is_given(o->payload) &&
         read_payloads(o->payload, o->names, &o->payloads, &o->scene.payload_count))
         return -1;
+    if (is_given(o->modes) && read_modes(o))
+        return -1;
     o->scene.payloads = o->payloads;
-    if (o->scene.root || o->scene.tip_count || o->scene.lock_count || o->scene.payload_count)
+    if (o->scene.root || o->scene.tip_count || o->scene.lock_count || o->scene.payload_count ||
+        o->scene.modes_count)
         o->c.scene = &o->scene;
     return 0;
 }
@@ -172,5 +205,7 @@ void model_options_clear(model_options *o)
     PyMem_Free(o->locks);
     PyMem_Free(o->payloads);
     PyMem_Free(o->tip_names);
+    tfa_modes_free(&o->link_modes);
+    Py_XDECREF(o->modes_texts);
     Py_XDECREF(o->names);
 }

@@ -10,6 +10,7 @@
 
 #include <totalforce/batch_pool.h>
 #include <totalforce/dynamics.h>
+#include <totalforce/modes.h>
 #include <totalforce/specialised.h>
 
 typedef struct model_object {
@@ -54,13 +55,15 @@ typedef struct model_options model_options;
 /** Names of the options for PyArg_ParseTupleAndKeywords, after one of the type itself */
 struct model_options {
     PyObject *base, *gravity, *rotor_inertia, *damping, *lock_massless_leaves, *inertia, *mimic,
-        *snap, *root, *tips, *locked, *payload, *armature;
+        *snap, *root, *tips, *locked, *payload, *armature, *modes;
     tfa_model_options c;
     tfa_scene scene;
     double gravity_numbers[3];
     tfa_lock *locks;
     tfa_payload *payloads;
     const char **tip_names;
+    tfa_modes link_modes;
+    PyObject *modes_texts; /**< list of the files' bytes: what makes the model again; or NULL */
     PyObject *names; /**< list that keeps strings alive */
 };
 
@@ -77,6 +80,9 @@ int read_payloads(PyObject *value, PyObject *keep, tfa_payload **payloads, size_
 
 /** Function of the module: messages of loading name options of a command line from then on. */
 PyObject *model_speak_command_line(PyObject *module, PyObject *unused);
+
+/** Raises LoadError of a report and releases that. @return NULL */
+PyObject *raise_load_error(int status, const char *path, tfa_report *report);
 
 /** Bytes of a URDF: itself as str or bytes, or read from a file, whose name `*file` gets (free it;
  *  else NULL). A new reference; NULL with an exception */

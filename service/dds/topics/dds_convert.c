@@ -140,7 +140,8 @@ int tfa_dds_request_view(const totalforce_dds_Request *sample, const tfa_wire_sh
         .rank_loss = (tfa_rank_loss)sample->rank_loss,
     };
     view_indices(sample, shape, request, field_error);
-    const tfa_extents n = tfa_extents_of(shape->q_count, shape->v_count, 0, 0, request);
+    const tfa_extents n =
+        tfa_extents_of(shape->q_count, shape->v_count, 0, 0, shape->modes, request);
 #define VIEW(name, member, states, rows, columns)                                                  \
     request->member = view_items(sample->member._buffer, sample->member._length,                   \
                                  input_items(shape, EXTENT_##columns,                              \
@@ -171,6 +172,9 @@ int tfa_dds_torques_view(const totalforce_dds_JointTorques *sample, const tfa_wi
         view_array(&sample->base_twist, 6 * base, TFA_FIELD_BASE_TWIST, field_error);
     request->base_wrench =
         view_array(&sample->base_wrench, 6 * base, TFA_FIELD_BASE_WRENCH, field_error);
+    request->modes = view_array(&sample->modes, shape->modes, TFA_FIELD_MODES, field_error);
+    request->mode_velocities =
+        view_array(&sample->mode_velocities, shape->modes, TFA_FIELD_MODE_VELOCITIES, field_error);
     return field_error->status;
 }
 
@@ -209,7 +213,8 @@ static dds_sequence_unsigned_long alias_indices(const uint32_t *array, uint32_t 
 int tfa_dds_request_fill(const tfa_request *request, const tfa_wire_shape *shape,
                          totalforce_dds_Request *sample)
 {
-    const tfa_extents n = tfa_extents_of(shape->q_count, shape->v_count, 0, 0, request);
+    const tfa_extents n =
+        tfa_extents_of(shape->q_count, shape->v_count, 0, 0, shape->modes, request);
 
     if (request->tip_count > shape->max_tips || request->wrench_count > TFA_MAX_WRENCHES ||
         request->payload_count > TFA_MAX_PAYLOADS || request->locked_count > shape->v_count)
@@ -269,6 +274,7 @@ void tfa_dds_accelerations_fill(const tfa_reply *reply, const tfa_wire_shape *sh
     sample->qdd = alias_array(reply->qdd, answered ? shape->v_count : 0);
     sample->base_acceleration =
         alias_array(reply->base_acceleration, answered ? shape->base_freedoms : 0);
+    sample->modes = alias_array(reply->modes, answered ? shape->modes : 0);
 }
 
 /* Copies `length` items of `item` bytes when the caller wants them; false when sizes differ. */

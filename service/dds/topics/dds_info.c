@@ -35,6 +35,8 @@ dds_return_t tfa_dds_write_info(tfa_dds *gateway, const dds_robot *robot)
     const uint32_t frames = tfa_model_frame_count(robot->model);
     totalforce_dds_Joint *joint = calloc(joints + 1u, sizeof *joint);
     char **frame = calloc(frames + 1u, sizeof *frame);
+    const uint32_t modes = robot->shape.modes;
+    uint32_t *mode = calloc(modes + 1u, sizeof *mode);
     totalforce_dds_RobotInfo info = {
         .q_count = robot->shape.q_count,
         .v_count = robot->shape.v_count,
@@ -43,10 +45,11 @@ dds_return_t tfa_dds_write_info(tfa_dds *gateway, const dds_robot *robot)
         .max_tips = robot->shape.max_tips,
         .joints = {joints, joints, joint, false},
         .frames = {frames, frames, frame, false},
+        .modes = {modes, modes, mode, false},
     };
     dds_return_t code = DDS_RETCODE_OUT_OF_RESOURCES;
 
-    if (joint != NULL && frame != NULL) {
+    if (joint != NULL && frame != NULL && mode != NULL) {
         memcpy(info.robot, robot->name, sizeof info.robot);
         memcpy(info.model_hash, robot->hash, sizeof info.model_hash);
         memcpy(info.gravity, summary.gravity, sizeof info.gravity);
@@ -54,10 +57,14 @@ dds_return_t tfa_dds_write_info(tfa_dds *gateway, const dds_robot *robot)
             joint[i] = describe_joint(robot->model, i);
         for (uint32_t i = 0; i < frames; i++)
             frame[i] = alias_text(tfa_model_frame(robot->model, i).name);
+        for (uint32_t i = 0; i < modes; i++)
+            mode[i] =
+                (uint32_t)tfa_model_find_frame(robot->model, tfa_model_mode(robot->model, i).link);
         code = dds_write(gateway->info_writer, &info);
     }
     free(joint);
     free(frame);
+    free(mode);
     return code;
 }
 

@@ -16,6 +16,7 @@ void tfa_dds_set_model(dds_robot *robot, const tfa_model *model)
     robot->shape.v_count = tfa_model_v_count(model);
     robot->shape.base_freedoms = tfa_model_base_freedoms(model);
     robot->shape.frames = tfa_model_frame_count(model);
+    robot->shape.modes = tfa_model_mode_count(model);
 }
 
 /* As tfa_model_tag. */

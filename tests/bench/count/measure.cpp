@@ -23,12 +23,30 @@ namespace
 class chain_maker
 {
   public:
-    explicit chain_maker(unsigned joints) : names_(joints + 1), links_(joints + 1), joints_(joints)
+    chain_maker(unsigned joints, unsigned modes)
+        : names_(joints + 1), links_(joints + 1), joints_(joints), modes_(modes ? joints - 1 : 0),
+          shapes_(joints)
     {
         for (unsigned i = 0; i <= joints; i++)
             link(i);
         for (unsigned i = 0; i < joints; i++)
             joint(i);
+        for (unsigned k = 0; k < 6 * modes; k++)
+            momentum_.push_back(0.02 * uniform());
+        for (unsigned k = 0; k < 6 * modes; k++)
+            shape_.push_back(0.1 * uniform());
+        for (unsigned k = 0; k < modes * modes; k++)
+            mass_.push_back(k % (modes + 1) == 0 ? 0.1 : 0.001);
+        for (unsigned i = 0; i < modes_.size(); i++) { /* all but the last, which carries nothing */
+            shapes_[i] = {joints_[i + 1].name, shape_.data()};
+            modes_[i] = {};
+            modes_[i].link = links_[i + 1].name;
+            modes_[i].mode_count = modes;
+            modes_[i].momentum = momentum_.data();
+            modes_[i].mass = modes_[i].stiffness = modes_[i].damping = mass_.data();
+            modes_[i].shapes = &shapes_[i];
+            modes_[i].shape_count = 1;
+        }
     }
     tfa_model *compile()
     {
@@ -39,7 +57,12 @@ class chain_maker
         d.joints = joints_.data();
         d.joint_count = joints_.size();
         tfa_model *model = nullptr;
-        return tfa_model_create(&d, nullptr, nullptr, &model) == TFA_OK ? model : nullptr;
+        tfa_scene scene = {};
+        scene.modes = modes_.data();
+        scene.modes_count = modes_.size();
+        tfa_model_options options = {};
+        options.scene = &scene;
+        return tfa_model_create(&d, &options, nullptr, &model) == TFA_OK ? model : nullptr;
     }
     double uniform()
     {
@@ -93,6 +116,9 @@ class chain_maker
     std::vector<std::string> names_;
     std::vector<tfa_link> links_;
     std::vector<tfa_joint> joints_;
+    std::vector<tfa_link_modes> modes_;
+    std::vector<tfa_mode_shape> shapes_;
+    std::vector<double> momentum_, mass_, shape_;
 };
 
 count_part take()
@@ -127,7 +153,7 @@ struct count_robot::body {
     void *memory = nullptr;
     state *s = nullptr;
     tfa_request request = {};
-    std::vector<double> q, v, tau;
+    std::vector<double> q, v, tau, eta, rates;
 
     /* As the library does it (answer_forward.c), one half at a time */
     int factor(count_method method)
@@ -173,9 +199,9 @@ struct count_robot::body {
     }
 };
 
-count_robot::count_robot(unsigned joints, bool moving) : m_(new body)
+count_robot::count_robot(unsigned joints, bool moving, unsigned modes) : m_(new body)
 {
-    chain_maker maker(joints);
+    chain_maker maker(joints, modes);
     body &b = *m_;
     b.model = maker.compile();
     if (!b.model || tfa_workspace_create(b.model, nullptr, &b.workspace) != TFA_OK)
@@ -191,6 +217,12 @@ count_robot::count_robot(unsigned joints, bool moving) : m_(new body)
         b.v.push_back(maker.uniform());
         b.tau.push_back(maker.uniform());
     }
+    for (uint32_t k = 0; k < tfa_model_mode_count(b.model); k++) {
+        b.eta.push_back(0.1 * maker.uniform());
+        b.rates.push_back(maker.uniform());
+    }
+    b.request.modes = b.eta.data();
+    b.request.mode_velocities = moving ? b.rates.data() : nullptr;
     b.request.op = TFA_OP_FORWARD_DYNAMICS;
     b.request.count = 1;
     b.request.estimate = TFA_ESTIMATE_NEVER;

@@ -42,7 +42,7 @@ struct count_parts {
 class count_robot
 {
   public:
-    count_robot(unsigned joints, bool moving);
+    count_robot(unsigned joints, bool moving, unsigned modes = 0); /* of each link */
     ~count_robot();
 
     /* Status of the method: parts are good with TFA_OK only. */

@@ -215,3 +215,38 @@ TEST(longest_chains)
     compare(CHAIN_ZIGZAG, 4096);
     report();
 }
+
+/* Segments whose cuts are found from a system of forces, refined, on trees of several segments: as
+ * exact as aba is */
+TEST(refined_segments_of_trees)
+{
+    static const tfa_method methods[] = {TFA_METHOD_HYBRID, TFA_METHOD_TFA_CR, TFA_METHOD_CFA_CR};
+    static const chain_mechanism trees[] = {CHAIN_BRANCHES, CHAIN_RANDOM, CHAIN_TAPER, CHAIN_THIN};
+    const double luck = 2e-15; /* of aba, in one state of many */
+    double worst = 0;
+    for (uint64_t seed = 1; seed <= count_states(); seed++)
+        for (size_t k = 0; k < sizeof trees / sizeof *trees; k++)
+            for (uint32_t links = 130; links <= 520; links *= 2) {
+                test_case x;
+                test_case_open(&x, trees[k], links, seed);
+                for (int side = 0; side < RIGHT_SIDES; side++) {
+                    tfa_request r = make_request(&x, (right_side)side, seed);
+                    forward_dynamics(x.f128, &r, TFA_METHOD_ABA, x.want);
+                    forward_dynamics(x.f64, &r, TFA_METHOD_ABA, x.got);
+                    const double usual = fmax(relative_error(x.got, x.want, x.n), luck);
+                    r.refine = 1;
+                    for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
+                        forward_dynamics(x.f64, &r, methods[m], x.got);
+                        const double ratio = relative_error(x.got, x.want, x.n) / usual;
+                        worst = fmax(worst, ratio);
+                        if (!(ratio <= 3))
+                            fail_msg("%s, %u links, %s, %s: %.3g times the error of aba (%.3g)",
+                                     chain_mechanism_names[trees[k]], (unsigned)links,
+                                     right_side_names[side], tfa_method_name(methods[m]), ratio,
+                                     usual);
+                    }
+                }
+                test_case_close(&x);
+            }
+    print_message("  worst %.2f times aba\n", worst);
+}

@@ -5,7 +5,9 @@
  * they have the bits of TFA_OP_KINEMATICS. No answer that overflows comes with TFA_OK, and no
  * failed state leaves an answer as it was. Outputs are those of interface/fields.h.
  */
+#include "models.h"
 #include "operational.h"
+#include "support/small_robot.h"
 #include "test.h"
 
 #include <stdbool.h>
@@ -104,7 +106,7 @@ static void check_written(const op_case *c, const tfa_request *r, const op_answe
 {
     for (uint32_t k = 0; k < TFA_WIRE_REPLY_BLOCKS; k++)
         if (tfa_outputs[k].size == sizeof(double) &&
-            tfa_is_printed(&tfa_outputs[k], a->n - a->nv, r))
+            tfa_is_printed(&tfa_outputs[k], a->n - a->nv, 0, r))
             for (size_t e = 0; e < op_numbers(a, k); e++)
                 if (((double *)op_output(a, k, 0))[e] == BEFORE)
                     fail_msg("%s, op %d, %s: %s[%zu] is that of before", c->name, (int)r->op,
@@ -162,4 +164,61 @@ TEST(no_overflow_is_ok)
     op_for_each(OP_ALL, huge);
     print_message("  %u answers overflow, %u do not\n", (unsigned)refused, (unsigned)answered);
     assert_true(refused > 1000 && answered > 100);
+}
+
+/* ---- modes ---- */
+
+/* Link 1 has a mode; link 2 is a point mass, whose inertia dca cannot invert. */
+static tfa_model *flexible_model(void)
+{
+    static const double momentum[6] = {0.2}, mass = 0.1, stiffness = 50, shape[6] = {1};
+    const tfa_mode_shape shapes[] = {{"j1", shape}};
+    const tfa_link_modes modes[] = {{.link = "l1",
+                                     .mode_count = 1,
+                                     .momentum = momentum,
+                                     .mass = &mass,
+                                     .stiffness = &stiffness,
+                                     .shapes = shapes,
+                                     .shape_count = 1}};
+    const tfa_scene scene = {.modes = modes, .modes_count = 1};
+    const tfa_model_options options = {.scene = &scene};
+    small_robot u;
+    small_robot_begin(&u);
+    small_robot_add(&u, 0, TFA_JOINT_REVOLUTE, 1, 0, 0);
+    small_robot_add(&u, 1, TFA_JOINT_REVOLUTE, 0, 1, 0);
+    small_robot_add(&u, 2, TFA_JOINT_REVOLUTE, 0, 0, 1);
+    small_robot_load(&u, 1, 1, 0.1, 0.1, 0.1);
+    small_robot_load(&u, 2, 1, 0, 0, 0);
+    small_robot_load(&u, 3, 2, 0.2, 0.2, 0.2);
+    return compiled(&u.d, &options);
+}
+
+TEST(modes_of_failed_states)
+{
+    static const struct {
+        tfa_method method;
+        double tau;
+        int status;
+    } rows[] = {{TFA_METHOD_ABA, 1, TFA_OK},
+                {TFA_METHOD_ABA, 1e308, TFA_E_NOT_COMPUTED},
+                {TFA_METHOD_DCA, 1, TFA_E_SINGULAR}};
+    static const double q[3] = {0.1, 0.2, 0.3};
+    tfa_model *model = flexible_model();
+    tfa_workspace *w = workspace_for(model, NULL);
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
+        const double tau[3] = {rows[k].tau, -rows[k].tau, rows[k].tau};
+        const tfa_request r = {.op = TFA_OP_FORWARD_DYNAMICS,
+                               .method = rows[k].method,
+                               .count = 1,
+                               .q = q,
+                               .tau = tau};
+        double qdd[3], mode = BEFORE;
+        tfa_answer answer;
+        tfa_reply reply = {.qdd = qdd, .modes = &mode, .answers = &answer};
+        assert_int_equal(tfa_compute(w, &r, &reply), rows[k].status);
+        assert_true(mode != BEFORE);
+        assert_int_equal(isfinite(mode), rows[k].status == TFA_OK);
+    }
+    tfa_workspace_free(w);
+    tfa_model_free(model);
 }

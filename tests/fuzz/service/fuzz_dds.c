@@ -61,7 +61,7 @@ static dds_sequence_unsigned_long make_indices(bytes *b, uint32_t *indices)
 
 static void make_arrays(bytes *b, totalforce_dds_Request *s)
 {
-    static double numbers[13][NUMBERS];
+    static double numbers[15][NUMBERS];
     const uint32_t n = s->count, tips = s->tips._length;
     const struct {
         dds_sequence_double *sequence;
@@ -78,7 +78,9 @@ static void make_arrays(bytes *b, totalforce_dds_Request *s)
                   {&s->wrenches, 6 * n * s->wrench_frames._length},
                   {&s->payloads, TFA_PAYLOAD_NUMBERS * s->payload_frames._length},
                   {&s->task_acceleration, tfa_tip_rows(s->rows) * n * tips},
-                  {&s->rank_threshold, 1}};
+                  {&s->rank_threshold, 1},
+                  {&s->modes, 0},
+                  {&s->mode_velocities, 0}};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
         *arrays[i].sequence = make_doubles(b, numbers[i], arrays[i].expected);
 }

@@ -95,7 +95,9 @@ OPTIONS = [
            lambda text, before: (before or []) + [text]),
     Option("payload", None, PAYLOAD, "Load on a link: kg, its centre of mass in m, its inertia "
            "about that in kg m^2", read_payload),
-    Group("--lock, --tip and --payload may be given several times."),
+    Option("modes", None, "FILE", "Modes of flexible links, as YAML (`totalforce beam` writes "
+           "those of a beam)", lambda text, before: (before or []) + [text]),
+    Group("--lock, --tip, --payload and --modes may be given several times."),
 ]
 
 
@@ -127,6 +129,7 @@ def load(path, o):
         "base": o.base, "gravity": o.gravity, "mimic": o.mimic, "inertia": o.inertia,
         "rotor_inertia": o.rotor_inertia, "damping": o.damping, "snap": o.snap, "root": o.root,
         "lock_massless_leaves": o.lock_massless_leaves, "tips": o.tip, "payload": o.payload,
+        "modes": o.modes,
         # seven numbers are room for any joint
         "locked": [(name, values + [0.0] * (7 - len(values))) for name, values in locks],
     }

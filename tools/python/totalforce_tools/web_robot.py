@@ -43,6 +43,7 @@ def compile_model(settings, urdf):
         tips=scene.get("tips"), payload=scene.get("payloads"),
         locked={lock["joint"]: lock["q"] for lock in scene.get("locks", ())},
         armature={entry["joint"]: entry["value"] for entry in o["armature"]},
+        modes=json.dumps(scene["modes"]).encode() if "modes" in scene else None,
         **flags, **{name: words.split("|")[o[name]] for name, words in POLICIES.items()})
 
 

@@ -3,8 +3,8 @@
  *
  * The six unit wrenches of a tip.
  */
-#ifndef TFA_DYNAMICS_CORE_UNIT_WRENCHES_H
-#define TFA_DYNAMICS_CORE_UNIT_WRENCHES_H
+#ifndef TFA_SPATIAL_UNIT_WRENCHES_H
+#define TFA_SPATIAL_UNIT_WRENCHES_H
 
 #include "spatial/spatial.h"
 

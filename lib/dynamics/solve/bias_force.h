@@ -5,8 +5,8 @@
  * of the joints. Velocities, wrenches and passive forces of the request must be loaded; they are
  * left as they were, s->dx, s->a and s->f are not.
  */
-#ifndef TFA_DYNAMICS_CORE_BIAS_FORCE_H
-#define TFA_DYNAMICS_CORE_BIAS_FORCE_H
+#ifndef TFA_DYNAMICS_SOLVE_BIAS_FORCE_H
+#define TFA_DYNAMICS_SOLVE_BIAS_FORCE_H
 
 #include "layout/state.h"
 

@@ -3,7 +3,7 @@
  *
  * The terms of the bias force by passes of recursive Newton-Euler.
  */
-#include "dynamics/core/bias_force.h"
+#include "dynamics/solve/bias_force.h"
 
 #include "dynamics/core/recursions.h"
 #include "dynamics/core/velocity_step.h"

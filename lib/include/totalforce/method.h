@@ -92,8 +92,9 @@ typedef enum tfa_refusal {
 
 /** Refusals that methods share */
 #define TFA_CHAIN_REFUSES (TFA_REFUSES_LOCKED | TFA_REFUSES_MASSLESS_FOLLOWER)
-/** Those of methods that invert the inertias of bodies; of rigid ones */
+/** Those of methods that invert the inertias of bodies */
 #define TFA_INVERSE_REFUSES (TFA_CHAIN_REFUSES | TFA_REFUSES_NO_INVERSE)
+/** The same, of rigid bodies only */
 #define TFA_RIGID_REFUSES (TFA_INVERSE_REFUSES | TFA_REFUSES_MODES)
 /** One row for each method: X(NAME, number, name on the command line and in JSON, ops, method whose
  * factors it uses, cost, TFA_REFUSES_ bits, text). Adding a method: lib/README.md. */

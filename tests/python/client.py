@@ -153,7 +153,7 @@ class Clients(Case):
                 """
 import os, sys
 import numpy as np, totalforce as tf
-client = tf.Client('arm', runtime_dir=sys.argv[3], connect_timeout=60)
+client = tf.Client('arm', runtime_dir=sys.argv[3], connect_timeout=300)
 client.mass_matrix(np.zeros(7))
 child = os.fork()
 if child == 0:
@@ -162,12 +162,12 @@ if child == 0:
     except tf.UnsupportedError as error:
         print(error)
     client.close()
-    with tf.Client('arm', runtime_dir=sys.argv[3], connect_timeout=60) as own:
+    with tf.Client('arm', runtime_dir=sys.argv[3], connect_timeout=300) as own:
         own.mass_matrix(np.zeros(7))
     sys.exit(0)
 print(os.waitpid(child, 0)[1])
 for _ in range(100):
-    client.mass_matrix(np.zeros(7), timeout=60)
+    client.mass_matrix(np.zeros(7), timeout=300)
 kept = client
 """,
                 folder,

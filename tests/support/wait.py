@@ -3,12 +3,12 @@
 """Waiting for a condition, as wait.h."""
 import time
 
-WAIT = 60  # seconds for what must happen; only ever used up by a failure
+WAIT = 300  # seconds for what must happen; only ever used up by a failure
 
 
 def waiting():
     """Turns until the loop that takes them breaks: what is waited for is looked at in each, and once
-    more after the minute."""
+    more after that."""
     end = time.monotonic() + WAIT
     while time.monotonic() < end:
         yield

@@ -3,9 +3,9 @@
 #
 # Waiting for a condition, as wait.h: . tests/support/wait.sh
 
-# wait_for COMMAND...: until it succeeds. Fails after a minute.
+# wait_for COMMAND...: until it succeeds. Fails after five minutes.
 wait_for() {
-    wait_end=$(($(date +%s) + 60))
+    wait_end=$(($(date +%s) + 300))
     until "$@"; do
         [ "$(date +%s)" -lt $wait_end ] || return 1
         sleep 0.05

@@ -52,7 +52,7 @@ start_daemon() {
     until echo '{"op":"mass_matrix","q":[0,0,0]}' |
         "$tool" call arm --runtime-dir "$run" | grep -q '"status":"ok"'; do
         tries=$((tries + 1))
-        if [ $tries -gt 600 ] || ! kill -0 $daemon 2>/dev/null; then
+        if [ $tries -gt 3000 ] || ! kill -0 $daemon 2>/dev/null; then
             fail "the daemon does not start"
             cat "$work/daemon.log"
             finish

@@ -25,7 +25,7 @@ daemon=$!
 tries=0
 until [ -S "$run/arm.sock" ]; do
     tries=$((tries + 1))
-    if [ $tries -gt 600 ] || ! kill -0 $daemon 2>/dev/null; then
+    if [ $tries -gt 3000 ] || ! kill -0 $daemon 2>/dev/null; then
         fail "the daemon does not start"
         cat "$work/daemon.log"
         finish

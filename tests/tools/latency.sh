@@ -16,12 +16,12 @@ trap 'kill -9 $daemon $child 2>/dev/null; rm -rf "$work"' EXIT
 
 printf 'robots:\n  - {name: robot, urdf: robot.urdf}\n' >"$work/config.yaml"
 
-# until_true COMMAND...: for a minute at most.
+# until_true COMMAND...: for five minutes at most.
 until_true() {
     tries=0
     until "$@"; do
         tries=$((tries + 1))
-        [ $tries -lt 600 ] || return 1
+        [ $tries -lt 3000 ] || return 1
         sleep 0.1
     done
 }

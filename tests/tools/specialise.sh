@@ -30,12 +30,12 @@ cat >"$work/slow" <<END
 #!/bin/sh
 [ "\$1" = --version ] && exec echo slow 1.0
 echo \$\$ >>"$work/pids"
-exec sleep 300
+exec sleep 1000
 END
 chmod +x "$work/slow"
 "$tool" specialise "$data/arm.urdf" -o "$work/ended" --compiler "$work/slow" 2>"$work/err" &
 builder=$!
-for turn in $(seq 600); do
+for turn in $(seq 3000); do
     [ -s "$work/pids" ] && break
     sleep 0.1
 done

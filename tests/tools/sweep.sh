@@ -67,7 +67,7 @@ long="--count 40000000 --block 512 --seed 7 --threads 1"
 $sweep $long --resume "$work/i" >"$work/out" 2>"$work/err" &
 process=$!
 turn=0
-until [ "0$(blocks "$work/i.0")" -ge 1 ] || [ $turn -ge 200 ]; do
+until [ "0$(blocks "$work/i.0")" -ge 1 ] || [ $turn -ge 6000 ]; do
     turn=$((turn + 1))
     sleep 0.05
 done
@@ -81,7 +81,7 @@ says "$work/err" "run again with --resume $work/i"
 $sweep $long --resume "$work/k" >"$work/out" 2>"$work/err" &
 process=$!
 turn=0
-until [ "0$(blocks "$work/k.0")" -ge 4 ] || [ $turn -ge 200 ]; do
+until [ "0$(blocks "$work/k.0")" -ge 4 ] || [ $turn -ge 6000 ]; do
     turn=$((turn + 1))
     sleep 0.05
 done

@@ -49,7 +49,7 @@ blocks() {
     grep -c '^block ' "$work/r.1" 2>/dev/null || true
 }
 turn=0
-until [ "0$(blocks)" -ge 2 ] || [ $turn -ge 3000 ]; do
+until [ "0$(blocks)" -ge 2 ] || [ $turn -ge 15000 ]; do
     turn=$((turn + 1))
     sleep 0.02
 done

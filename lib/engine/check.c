@@ -108,13 +108,6 @@ static int check_frames(const struct tfa_model *m, const tfa_request *r, tfa_rep
     return TFA_OK;
 }
 
-/* 1: its body has modes, of which a payload would be a part */
-static int is_flexible(const struct tfa_model *m, uint32_t frame)
-{
-    const int32_t body = m->frame[frame].body;
-    return body >= 0 && m->body[body].flexible >= 0;
-}
-
 static int check_payloads(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
 {
     if (r->payload_count > TFA_MAX_PAYLOADS)
@@ -125,7 +118,7 @@ static int check_payloads(const struct tfa_model *m, const tfa_request *r, tfa_r
         const double *numbers = r->payloads + TFA_PAYLOAD_NUMBERS * (size_t)k;
         if (r->payload_frames[k] >= m->frames)
             return tfa_set_error(reply, TFA_E_LINK, TFA_FIELD_PAYLOADS, k, 0);
-        if (m->frame[r->payload_frames[k]].part || is_flexible(m, r->payload_frames[k]))
+        if (m->frame[r->payload_frames[k]].part || tfa_frame_is_flexible(m, r->payload_frames[k]))
             return tfa_set_error(reply, TFA_E_UNSUPPORTED, TFA_FIELD_PAYLOADS, k, 0);
         for (uint32_t e = 0; e < TFA_PAYLOAD_NUMBERS; e++)
             if (!isfinite(numbers[e]))

@@ -203,4 +203,11 @@ struct tfa_model {
     char hash_text[65];
 };
 
+/* 1: the body of a frame has modes, of which a payload there would be a part */
+static inline int tfa_frame_is_flexible(const struct tfa_model *m, uint32_t frame)
+{
+    const int32_t body = m->frame[frame].body;
+    return body >= 0 && m->body[body].flexible >= 0;
+}
+
 #endif

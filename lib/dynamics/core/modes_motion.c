@@ -72,11 +72,17 @@ static void pose_handle(struct state *s, uint32_t number)
     }
 }
 
+/* Where a point stands that rides on a handle, from where it stands without deformation */
+static vec3 moved_point(const struct state *s, int32_t handle, vec3 r)
+{
+    const struct modal_handle *h = &s->handle[handle];
+    return v3_add(h->p, m3_tmul(h->E, v3_sub(r, v3_load(s->m->handle[handle].p))));
+}
+
 static void move_body(const struct state *s, uint32_t i)
 {
-    const struct modal_handle *h = &s->handle[s->body[i].handle];
-    const vec3 arm = v3_sub(s->X[i].r, v3_load(s->m->handle[s->body[i].handle].p));
-    s->X[i] = (xform){m3_mm(s->X[i].E, h->E), v3_add(h->p, m3_tmul(h->E, arm))};
+    const int32_t handle = s->body[i].handle;
+    s->X[i] = (xform){m3_mm(s->X[i].E, s->handle[handle].E), moved_point(s, handle, s->X[i].r)};
 }
 
 /* The links that are fixed to the handle, as it stands; *change gets what that adds. */
@@ -88,7 +94,7 @@ static void pose_riders(struct state *s, int32_t number, sym6 *change)
     const sym6 rigid = s6_rigid(
         (sym3){num_of(I[0]), num_of(I[1]), num_of(I[2]), num_of(I[3]), num_of(I[4]), num_of(I[5])},
         v3_load(h->h), num_of(h->mass));
-    const xform X = {to->E, v3_sub(to->p, m3_tmul(to->E, v3_load(h->p)))};
+    const xform X = {to->E, moved_point(s, number, v3_zero())};
     to->I = s6_to_parent(&X, &rigid);
     s6_add(change, &to->I);
     s6_sub(change, &rigid);
@@ -125,9 +131,7 @@ void TFA_V(modes_pose)(struct state *s)
 
 void TFA_V(modes_move_frame)(const struct state *s, int32_t handle, xform *at)
 {
-    const struct modal_handle *h = &s->handle[handle];
-    const vec3 arm = v3_sub(at->r, v3_load(s->m->handle[handle].p));
-    *at = (xform){m3_tmm(h->E, at->E), v3_add(h->p, m3_tmul(h->E, arm))};
+    *at = (xform){m3_tmm(s->handle[handle].E, at->E), moved_point(s, handle, at->r)};
 }
 
 /* ---- velocity ---- */
@@ -161,20 +165,16 @@ static svec velocity_of_handle(const struct state *s, int32_t handle, svec v, sv
     return sv_add(v, motion);
 }
 
-/* Bias force of the links that are fixed to a handle, which the body has counted as its own */
+/* Bias force of the links that are fixed to a handle, which p has as if they moved with the body */
 static void velocity_of_riders(struct state *s, uint32_t i, int32_t handle)
 {
-    const struct tfa_handle *h = &s->m->handle[handle];
     const struct tfa_flexible *f = flexible_of(s, i);
     const sym6 *I = &s->handle[handle].I;
-    const double *J = h->I;
     svec c;
     const svec v = velocity_of_handle(s, handle, s->v[i], &c),
-               bias = sv_add(cross_force(v, s6_mul(I, v)), s6_mul(I, c));
-    const sym3 moments = {num_of(J[0]), num_of(J[1]), num_of(J[2]),
-                          num_of(J[3]), num_of(J[4]), num_of(J[5])};
-    const svec own = s6_rigid_bias(moments, v3_load(h->h), num_of(h->mass), s->v[i]);
-    s->p[i] = sv_add(s->p[i], sv_sub(bias, own));
+               bias = sv_add(cross_force(v, s6_mul(I, v)), s6_mul(I, c)),
+               fixed = cross_force(s->v[i], s6_mul(I, s->v[i]));
+    s->p[i] = sv_add(s->p[i], sv_sub(bias, fixed));
     for (uint32_t k = 0; k < f->n; k++)
         s->modal[s->body[i].flexible].r[k] += sv_dot(phi_of(s, handle, k), bias);
 }
@@ -189,9 +189,8 @@ static void velocity_of_modes(struct state *s, uint32_t i)
     const svec v = s->v[i], momentum = TFA_V(modes_momentum_by)(s, i, s->qd);
     const vec3 shift = v3_scale(w->moved, inverse_mass(f)), c = v3_add(v3_load(f->c), shift),
                rate = moved_by(f, s->qd + f->v);
-    const sym6 change = moment_change(v3_add_scaled(v3_load(f->c), shift, num_of(0.5)), w->moved),
-               faster = moment_change(c, rate);
-    svec p = cross_force(v, sv_add(s6_mul(&change, v), momentum));
+    const sym6 faster = moment_change(c, rate);
+    svec p = cross_force(v, sv_add(s6_mul(&w->change, v), momentum));
     p = sv_add(p, s6_mul(&faster, v));
     s->p[i] = sv_add(s->p[i], p);
     for (uint32_t k = 0; k < f->n; k++) {

@@ -65,7 +65,7 @@ static int check_payload(const struct tfa_model *m, const tfa_payload *p, tfa_re
     if (frame < 0)
         return refuse(TFA_E_LINK, "payload", p,
                       "is on a link that the model does not have; name one of its links", report);
-    if (m->frame[frame].body >= 0 && m->body[m->frame[frame].body].flexible >= 0)
+    if (tfa_frame_is_flexible(m, (uint32_t)frame))
         return refuse(TFA_E_MODEL, "payload", p,
                       "is on a flexible link; give it in the scene, on a link behind a fixed joint",
                       report);

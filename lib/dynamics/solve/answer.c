@@ -6,6 +6,7 @@
 #include "dynamics/solve/answer.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "dynamics/core/aba_step.h"
 #include "dynamics/core/frame.h"
@@ -185,6 +186,24 @@ static int add_entry(const struct state *s, double *M, size_t n, size_t a, size_
     return finite;
 }
 
+/* The same of a robot whose freedoms are public ones in their order: each entry is written twice, to
+ * a matrix of zeros. */
+static int write_mass(const struct state *s, double *M, size_t n)
+{
+    const struct tfa_model *m = s->m;
+    double rest = 0;
+    for (uint32_t l = 0; l < s->lanes; l++, M += n * n)
+        for (uint32_t j = 0; j < n; j++) {
+            const num *row = s->M + m->dof_row[j];
+            for (int32_t i = (int32_t)j; i >= 0; i = m->dof_parent[i]) {
+                const double x = (double)num_lane(row[m->dof_depth[i]], l);
+                rest += x - x;
+                M[j * n + (uint32_t)i] = M[(uint32_t)i * n + j] = x;
+            }
+        }
+    return rest == 0;
+}
+
 /* Rows of M hold ancestors only; everything else of the dense answer is zero. */
 static int answer_mass(struct state *s, uint32_t k, tfa_reply *reply, tfa_answer *out)
 {
@@ -193,10 +212,10 @@ static int answer_mass(struct state *s, uint32_t k, tfa_reply *reply, tfa_answer
     TFA_V(crba)(s);
     out->method = (uint16_t)s->by.method;
     double *M = reply->mass_matrix ? reply->mass_matrix + n * n * k : NULL;
-    for (size_t e = 0; M && e < n * n * s->lanes; e++)
-        M[e] = 0;
-    int finite = 1;
-    for (uint32_t j = 0; M && j < m->freedoms; j++)
+    if (M)
+        memset(M, 0, n * n * s->lanes * sizeof *M);
+    int finite = !M || !s->identity_map || write_mass(s, M, n);
+    for (uint32_t j = 0; M && !s->identity_map && j < m->freedoms; j++)
         for (int32_t i = (int32_t)j; i >= 0; i = m->dof_parent[i]) {
             double left, right;
             const size_t a = public_freedom(m, j, &left),

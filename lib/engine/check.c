@@ -1,95 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Validation of a request: sizes, indices, finiteness, quaternions. Names the invalid field.
+ * Validation of a request: choices, sizes, indices. Names the invalid field. Numbers:
+ * check_numbers.c.
  */
 #include <math.h>
-#include <string.h>
 
+#include "engine/check_numbers.h"
 #include "engine/methods.h"
 #include "interface/traits.h"
 #include "model/model.h"
 #include "model/payload.h"
-
-/* Tolerance of a quaternion's norm: more is an error of the sender, not rounding. */
-#define QUATERNION_TOLERANCE 1e-3
-
-int tfa_set_error(tfa_reply *reply, int status, tfa_field field, uint32_t index, uint32_t state)
-{
-    reply->status = status;
-    reply->field = field;
-    reply->index = index;
-    reply->state = state;
-    return status;
-}
-
-typedef double pair __attribute__((vector_size(2 * sizeof(double))));
-
-static pair nonfinite_pair(const double *x)
-{
-    pair p;
-    memcpy(&p, x, sizeof p);
-    return p - p;
-}
-
-/* 0 if all numbers are finite, else NaN: the sum of x - x without branches, four at a time; the
- * last four overlap if necessary. */
-static double nonfinite_sum(const double *x, size_t n)
-{
-    pair sum = {0}, more = {0};
-    if (!x)
-        return 0;
-    if (n < 4) {
-        for (size_t k = 0; k < n; k++)
-            sum[0] += x[k] - x[k];
-        return sum[0];
-    }
-    const double *const last = x + (n - 4);
-    for (; x <= last; x += 4) {
-        sum += nonfinite_pair(x);
-        more += nonfinite_pair(x + 2);
-    }
-    if (x != last + 4) {
-        sum += nonfinite_pair(last);
-        more += nonfinite_pair(last + 2);
-    }
-    sum += more;
-    return sum[0] + sum[1];
-}
-
-int tfa_check_finite(tfa_reply *reply, tfa_field field, const double *x, size_t width, size_t count)
-{
-    for (size_t k = 0; x && k < width * count; k++)
-        if (!isfinite(x[k]))
-            return tfa_set_error(reply, TFA_E_VALUE, field, (uint32_t)(k % width),
-                                 (uint32_t)(k / width));
-    return TFA_OK;
-}
-
-static int is_unit(const double *quat)
-{
-    double n = quat[0] * quat[0] + quat[1] * quat[1] + quat[2] * quat[2] + quat[3] * quat[3];
-    return fabs(sqrt(n) - 1) <= QUATERNION_TOLERANCE;
-}
-
-static int check_quaternions(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
-{
-    for (uint32_t k = 0; r->base_pose && m->base_freedoms && k < r->count; k++)
-        if (!is_unit(r->base_pose + 7 * (size_t)k + 3))
-            return tfa_set_error(reply, TFA_E_QUATERNION, TFA_FIELD_BASE_POSE, 3, k);
-    if (m->joints_nd == m->base_freedoms / 6)
-        return TFA_OK; /* no joint has a quaternion */
-    for (uint32_t j = 0; j < m->joints; j++) {
-        if (m->joint[j].q_count == m->joint[j].v_count)
-            continue; /* a quaternion is one number more than its freedoms */
-        const uint32_t at =
-            m->joint[j].q_index + (uint32_t)tfa_joint_type_describe(m->joint[j].type).quaternion;
-        for (uint32_t k = 0; k < r->count; k++)
-            if (!is_unit(r->q + (size_t)m->q_count * k + at))
-                return tfa_set_error(reply, TFA_E_QUATERNION, TFA_FIELD_Q, at, k);
-    }
-    return TFA_OK;
-}
 
 static int check_frames(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
 {
@@ -275,118 +196,17 @@ static int check_choices(const struct tfa_model *m, const tfa_request *r, tfa_re
     return TFA_OK;
 }
 
-/* 1: the op reads tau */
-static int reads_forces(const tfa_request *r)
-{
-    return (TFA_OP_BIT(r->op) & TRAITS_FORWARD) != 0;
-}
-
-/* 1: the op reads qdd */
-static int reads_accelerations(const tfa_request *r)
-{
-    return r->op == TFA_OP_INVERSE_DYNAMICS || r->op == TFA_OP_BIAS;
-}
-
-/* Sets the error of the first number that is not finite. */
-static int set_array_error(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
-{
-    const size_t n = r->count, nj = m->v_count;
-    const int base = m->base_freedoms > 0, v = reads_velocity(r), tau = reads_forces(r),
-              qdd = reads_accelerations(r);
-    const struct {
-        int read;
-        tfa_field field;
-        const double *x;
-        size_t width, count;
-    } arrays[] = {
-        {1, TFA_FIELD_Q, r->q, m->q_count, n},
-        {v, TFA_FIELD_V, r->v, nj, n},
-        {tau, TFA_FIELD_TAU, r->tau, nj, n},
-        {qdd, TFA_FIELD_QDD, r->qdd, nj, n},
-        {base, TFA_FIELD_BASE_POSE, r->base_pose, 7, n},
-        {base && v, TFA_FIELD_BASE_TWIST, r->base_twist, 6, n},
-        {base && tau, TFA_FIELD_BASE_WRENCH, r->base_wrench, 6, n},
-        {base && qdd, TFA_FIELD_BASE_ACCELERATION, r->base_acceleration, 6, n},
-        {reads_wrenches(r) && r->wrench_count, TFA_FIELD_WRENCHES, r->wrenches,
-         (size_t)6 * r->wrench_count, n},
-        {reads_gravity(r), TFA_FIELD_GRAVITY, r->gravity, 3, 1},
-        {1, TFA_FIELD_MODES, r->modes, m->modes, n},
-        {v, TFA_FIELD_MODE_VELOCITIES, r->mode_velocities, m->modes, n},
-    };
-    int status = TFA_OK;
-    for (size_t k = 0; status == TFA_OK && k < sizeof arrays / sizeof *arrays; k++)
-        if (arrays[k].read)
-            status = tfa_check_finite(reply, arrays[k].field, arrays[k].x, arrays[k].width,
-                                      arrays[k].count);
-    return status;
-}
-
-static double nonfinite_base(const tfa_request *r)
-{
-    const size_t n = r->count;
-    double sum = nonfinite_sum(r->base_pose, 7 * n);
-    if (reads_velocity(r))
-        sum += nonfinite_sum(r->base_twist, 6 * n);
-    if (reads_forces(r))
-        sum += nonfinite_sum(r->base_wrench, 6 * n);
-    if (reads_accelerations(r))
-        sum += nonfinite_sum(r->base_acceleration, 6 * n);
-    return sum;
-}
-
-static double nonfinite_motion(const struct tfa_model *m, const tfa_request *r)
-{
-    const size_t n = r->count, nj = m->v_count;
-    double sum = 0;
-    if (reads_velocity(r))
-        sum += nonfinite_sum(r->v, nj * n);
-    if (reads_forces(r))
-        sum += nonfinite_sum(r->tau, nj * n);
-    if (reads_accelerations(r))
-        sum += nonfinite_sum(r->qdd, nj * n);
-    if (r->gravity && reads_gravity(r))
-        sum += nonfinite_sum(r->gravity, 3);
-    if (r->wrench_count && reads_wrenches(r))
-        sum += nonfinite_sum(r->wrenches, (size_t)6 * r->wrench_count * n);
-    return sum;
-}
-
-static double nonfinite_modes(const struct tfa_model *m, const tfa_request *r)
-{
-    const size_t n = (size_t)m->modes * r->count;
-    return nonfinite_sum(r->modes, n) +
-           (reads_velocity(r) ? nonfinite_sum(r->mode_velocities, n) : 0);
-}
-
-static int check_arrays(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
-{
-    if (!r->q && m->q_count)
-        return tfa_set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_Q, 0, 0);
-    if (!r->base_pose && m->base_freedoms)
-        return tfa_set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_BASE_POSE, 0, 0);
-    double sum = nonfinite_sum(r->q, (size_t)m->q_count * r->count) + nonfinite_motion(m, r);
-    if (m->base_freedoms)
-        sum += nonfinite_base(r);
-    if (m->modes)
-        sum += nonfinite_modes(m, r);
-    return sum == 0 ? TFA_OK : set_array_error(m, r, reply);
-}
-
 int tfa_request_check(const tfa_model *model, const tfa_request *request, tfa_reply *reply)
 {
-    reply->status = TFA_OK;
-    reply->field = TFA_FIELD_NONE;
-    reply->index = 0;
-    reply->state = 0;
-    reply->model = tfa_model_tag(model);
+    tfa_reply_begin(model, reply);
     int status = check_choices(model, request, reply);
     if (status == TFA_OK && tfa_is_operational(request))
         status = tfa_check_operational(request, reply);
     if (status == TFA_OK && !has_no_scene(request))
         status = check_scene(model, request, reply);
-    if (status == TFA_OK)
-        status = check_arrays(model, request, reply);
-    if (status == TFA_OK)
-        status = check_quaternions(model, request, reply);
-    return status;
+    if (status != TFA_OK)
+        return status;
+    struct tfa_inputs inputs;
+    tfa_inputs_of(model, request, &inputs);
+    return tfa_check_numbers(model, request, &inputs, reply);
 }

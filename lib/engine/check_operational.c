@@ -5,6 +5,7 @@
  */
 #include <math.h>
 
+#include "engine/check_numbers.h"
 #include "engine/methods.h"
 #include "interface/traits.h"
 

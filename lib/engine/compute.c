@@ -1,25 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * tfa_compute: a loop over the strategies that serve a request.
+ * tfa_compute: the form of a request, then a loop over the strategies that serve it.
  */
+#include <string.h>
+
+#include "engine/form.h"
 #include "engine/methods.h"
-#include "engine/strategy.h"
-
-int tfa_compute(tfa_workspace *workspace, const tfa_request *request, tfa_reply *reply)
-{
-    const int status = tfa_request_check(workspace->model, request, reply);
-    return status == TFA_OK ? tfa_compute_states(workspace, request, 0, request->count, reply)
-                            : status;
-}
-
-int tfa_compute_states(tfa_workspace *workspace, const tfa_request *request, uint32_t first,
-                       uint32_t count, tfa_reply *reply)
-{
-    const int status = tfa_reserved_check(workspace, request, reply);
-    return status == TFA_OK ? tfa_compute_checked(workspace, request, first, first + count, reply)
-                            : status;
-}
 
 /* An answer whose numbers are not finite is none, if the state has one. */
 static void fail_answer(tfa_workspace *w, const struct call *c, uint32_t k, tfa_reply *reply)
@@ -48,28 +35,132 @@ void tfa_add_joint_forces(tfa_workspace *w, const struct call *c, uint32_t k, ui
             fail_answer(w, c, k, reply);
 }
 
-void tfa_compute_by(tfa_workspace *w, const struct call *c, uint32_t row, uint32_t k, uint32_t end,
-                    tfa_reply *reply)
+/* Answers that the strategy of states k .. k + count - 1 left out */
+static void add_answers(tfa_workspace *w, const struct call *c, uint32_t left, uint32_t k,
+                        uint32_t count, tfa_reply *reply)
+{
+    if (left & TRAITS_MOTION)
+        answer_motion(w, c, left, k, count, reply);
+    if (left & TRAIT_JOINT_FORCES)
+        tfa_add_joint_forces(w, c, k, count, reply);
+}
+
+static inline void compute_by(tfa_workspace *w, const struct call *c, uint32_t row, uint32_t k,
+                              uint32_t end, tfa_reply *reply)
 {
     while (k < end) {
         uint32_t done = 0, s = row;
         while ((done = c->strategy[s]->run(w, c, k, end, reply)) == 0)
             s++; /* the last row answers everything */
-        const uint32_t left = c->traits & TRAITS_ADDED & ~c->strategy[s]->added;
-        if (left & TRAITS_MOTION)
-            answer_motion(w, c, left, k, done, reply);
-        if (left & TRAIT_JOINT_FORCES)
-            tfa_add_joint_forces(w, c, k, done, reply);
+        if (c->traits & TRAITS_ADDED)
+            add_answers(w, c, c->traits & TRAITS_ADDED & ~c->strategy[s]->added, k, done, reply);
         k += done;
     }
 }
 
-int tfa_compute_checked(tfa_workspace *workspace, const tfa_request *request, uint32_t first,
-                        uint32_t end, tfa_reply *reply)
+void tfa_compute_by(tfa_workspace *w, const struct call *c, uint32_t row, uint32_t k, uint32_t end,
+                    tfa_reply *reply)
 {
-    struct call call;
-    tfa_call_init(&call, workspace, request);
-    tfa_compute_by(workspace, &call, 0, first, end, reply);
+    compute_by(w, c, row, k, end, reply);
+}
+
+/* Members of tfa_request before and behind `count`, up to the lists of frames */
+#define CHOICES_BYTES offsetof(tfa_request, count)
+#define SIZES_AT offsetof(tfa_request, tip_count)
+#define SIZES_BYTES (offsetof(tfa_request, tips) - SIZES_AT)
+
+static inline int is_equal(const void *a, const void *b, size_t offset, size_t bytes)
+{
+    return memcmp((const char *)a + offset, (const char *)b + offset, bytes) == 0;
+}
+
+/* The form of this request, if it was the last one of its op; else NULL. Requests with payloads or
+ * locked joints are none: what they name lies in the caller's arrays. */
+static inline struct tfa_form *find_form(tfa_workspace *w, const tfa_request *r)
+{
+    if ((unsigned)r->op > TFA_OP_LAST)
+        return NULL;
+    struct tfa_form *form = &w->form[r->op];
+    const tfa_request *of = &form->request;
+    if (!form->is_valid || !is_equal(of, r, 0, CHOICES_BYTES) ||
+        !is_equal(of, r, SIZES_AT, SIZES_BYTES))
+        return NULL;
+    for (uint32_t k = 0; k < r->tip_count; k++)
+        if (r->tips[k] != of->tips[k])
+            return NULL;
+    for (uint32_t k = 0; k < r->wrench_count; k++)
+        if (r->wrench_frames[k] != of->wrench_frames[k] || !r->wrenches)
+            return NULL;
+    return form;
+}
+
+void tfa_form_set(struct tfa_form *form, const tfa_workspace *w, const tfa_request *r)
+{
+    form->is_valid = !r->payload_count && !r->locked_count;
+    form->request = *r;
+    tfa_inputs_of(w->model, r, &form->inputs);
+    tfa_call_init(&form->call, w, r);
+}
+
+/* As tfa_request_check, of a request of this form */
+static int check_form(const tfa_model *model, const struct tfa_form *form, const tfa_request *r,
+                      tfa_reply *reply)
+{
+    tfa_reply_begin(model, reply);
+    if (r->count == 0)
+        return tfa_set_error(reply, TFA_E_SIZE, TFA_FIELD_COUNT, 0, 0);
+    if (r->rank_threshold || r->characteristic_length || r->op == TFA_OP_TASK_TORQUES) {
+        const int status = tfa_check_operational(r, reply);
+        if (status != TFA_OK)
+            return status;
+    }
+    return tfa_check_numbers(model, r, &form->inputs, reply);
+}
+
+static inline int compute_form(tfa_workspace *w, struct tfa_form *form, const tfa_request *r,
+                               tfa_reply *reply)
+{
+    const int status = check_form(w->model, form, r, reply);
+    if (status != TFA_OK)
+        return status;
+    form->call.request = r;
+    compute_by(w, &form->call, 0, 0, r->count, reply);
+    return reply->status;
+}
+
+int tfa_compute_form(tfa_workspace *w, struct tfa_form *form, const tfa_request *r,
+                     tfa_reply *reply)
+{
+    return compute_form(w, form, r, reply);
+}
+
+int tfa_compute(tfa_workspace *w, const tfa_request *r, tfa_reply *reply)
+{
+    struct tfa_form *form = find_form(w, r);
+    if (form)
+        return compute_form(w, form, r, reply);
+    const int status = tfa_request_check(w->model, r, reply);
+    return status == TFA_OK ? tfa_compute_states(w, r, 0, r->count, reply) : status;
+}
+
+int tfa_compute_states(tfa_workspace *workspace, const tfa_request *request, uint32_t first,
+                       uint32_t count, tfa_reply *reply)
+{
+    const int status = tfa_reserved_check(workspace, request, reply);
+    return status == TFA_OK ? tfa_compute_checked(workspace, request, first, first + count, reply)
+                            : status;
+}
+
+int tfa_compute_checked(tfa_workspace *w, const tfa_request *r, uint32_t first, uint32_t end,
+                        tfa_reply *reply)
+{
+    struct tfa_form *form = find_form(w, r);
+    if (!form) {
+        form = &w->form[r->op];
+        tfa_form_set(form, w, r);
+    }
+    form->call.request = r;
+    tfa_compute_by(w, &form->call, 0, first, end, reply);
     return reply->status;
 }
 

@@ -17,11 +17,22 @@ tfa_spectrum tfa_spectrum_of(const double *matrix, uint32_t n, double *scratch);
 int tfa_check_operational(const tfa_request *request, tfa_reply *reply);
 
 /* Sets the error of a reply. Returns `status`. */
-int tfa_set_error(tfa_reply *reply, int status, tfa_field field, uint32_t index, uint32_t state);
+static inline int tfa_set_error(tfa_reply *reply, int status, tfa_field field, uint32_t index,
+                                uint32_t state)
+{
+    reply->status = status;
+    reply->field = field;
+    reply->index = index;
+    reply->state = state;
+    return status;
+}
 
-/* Checks an array of `count` states, `width` numbers each; NULL passes. */
-int tfa_check_finite(tfa_reply *reply, tfa_field field, const double *x, size_t width,
-                     size_t count);
+/* Begins a reply without an error. */
+static inline void tfa_reply_begin(const tfa_model *model, tfa_reply *reply)
+{
+    tfa_set_error(reply, TFA_OK, TFA_FIELD_NONE, 0, 0);
+    reply->model = tfa_model_tag(model);
+}
 
 struct tfa_executor;
 

@@ -22,12 +22,9 @@ static const tfa_answer no_estimate = {.error_estimate = (double)NAN};
 
 /* ---- common to the runs ---- */
 
-void tfa_finish_state(tfa_workspace *w, const struct call *c, uint32_t k, const tfa_answer *answer,
-                      tfa_reply *reply)
+void tfa_finish_spectrum(tfa_workspace *w, const struct call *c, uint32_t k, tfa_reply *reply)
 {
-    if (reply->answers)
-        reply->answers[k] = *answer;
-    if (!(c->traits & TRAIT_SPECTRUM) || !reply->spectrum || !reply->lambda_inv)
+    if (!reply->spectrum || !reply->lambda_inv)
         return;
     const uint32_t n = rows_of(c->request) * c->request->tip_count;
     reply->spectrum[k] = tfa_spectrum_of(reply->lambda_inv + (size_t)n * n * k, n, w->spectrum);
@@ -135,6 +132,15 @@ static struct solved solve_specialised_f32(tfa_workspace *w, const tfa_request *
     return x;
 }
 
+static inline void finish_answered(tfa_workspace *w, const struct call *c, uint32_t k,
+                                   uint16_t flags, tfa_reply *reply)
+{
+    tfa_answer answer = no_estimate;
+    answer.method = (uint16_t)c->by.method;
+    answer.flags = flags;
+    tfa_finish_state(w, c, k, &answer, reply);
+}
+
 /* Of states from k on. Those without an answer go to the rows behind this one, which is the first;
  * their neighbours do not, or bits would depend on them. */
 static void finish_specialised(tfa_workspace *w, const struct call *c, uint32_t k,
@@ -144,14 +150,11 @@ static void finish_specialised(tfa_workspace *w, const struct call *c, uint32_t 
     for (uint32_t l = 0, first = 0; l < x->count; first = l) {
         while (l < x->count && !(answered >> l & 1))
             l++;
-        tfa_compute_by(w, c, 1, k + first, k + l, reply);
-        for (; l < x->count && answered >> l & 1; l++) {
-            tfa_answer answer = no_estimate;
-            answer.method = (uint16_t)c->by.method;
-            if (x->in_double >> l & 1)
-                answer.flags = TFA_ANSWER_RESIDUAL_PRECISION;
-            tfa_finish_state(w, c, k + l, &answer, reply);
-        }
+        if (l > first)
+            tfa_compute_by(w, c, 1, k + first, k + l, reply);
+        for (; l < x->count && answered >> l & 1; l++)
+            finish_answered(w, c, k + l, x->in_double >> l & 1 ? TFA_ANSWER_RESIDUAL_PRECISION : 0,
+                            reply);
     }
 }
 
@@ -167,7 +170,10 @@ static uint32_t run_specialised(tfa_workspace *w, const struct call *c, uint32_t
                                                     : solve_specialised(w, r, k, end - k, reply);
     if (x.answered == TFA_SPECIALISED_NO_CODE && !x.in_double)
         return 0;
-    finish_specialised(w, c, k, &x, reply);
+    if (x.count == 1 && x.answered & 1)
+        finish_answered(w, c, k, 0, reply);
+    else
+        finish_specialised(w, c, k, &x, reply);
     return x.count;
 }
 
@@ -216,8 +222,7 @@ static int batch_serves(const tfa_workspace *w, const struct call *c)
 {
     if (w->segment_lanes && CYCLIC & BIT(c->by.method))
         return 0;
-    return c->request->count >= w->batch_min &&
-           (!(c->traits & TRAIT_FD) || w->batch->solves(c->by.method));
+    return !(c->traits & TRAIT_FD) || w->batch->solves(c->by.method);
 }
 
 /* Computes states k .. k + count - 1. Returns count; 0 if there are too few, one must be computed

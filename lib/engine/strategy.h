@@ -58,9 +58,18 @@ void tfa_add_joint_forces(tfa_workspace *w, const struct call *c, uint32_t k, ui
 uint32_t tfa_run_mixed(tfa_workspace *w, const struct call *c, uint32_t k, uint32_t end,
                        tfa_reply *reply);
 
+/* The spectrum of state k, if there are arrays for it */
+void tfa_finish_spectrum(tfa_workspace *w, const struct call *c, uint32_t k, tfa_reply *reply);
+
 /* Stores the answer of state k and its spectrum. */
-void tfa_finish_state(tfa_workspace *w, const struct call *c, uint32_t k, const tfa_answer *answer,
-                      tfa_reply *reply);
+static inline void tfa_finish_state(tfa_workspace *w, const struct call *c, uint32_t k,
+                                    const tfa_answer *answer, tfa_reply *reply)
+{
+    if (reply->answers)
+        reply->answers[k] = *answer;
+    if (c->traits & TRAIT_SPECTRUM)
+        tfa_finish_spectrum(w, c, k, reply);
+}
 
 /* Field and index of a reply, which a kernel sets for a state that it cannot answer. A whole reply
  * takes 15 ns to copy. */

@@ -186,8 +186,8 @@ static int add_entry(const struct state *s, double *M, size_t n, size_t a, size_
     return finite;
 }
 
-/* The same of a robot whose freedoms are public ones in their order: each entry is written twice, to
- * a matrix of zeros. */
+/* The same of a robot whose freedoms are public ones in their order: each entry is written twice,
+ * to a matrix of zeros. */
 static int write_mass(const struct state *s, double *M, size_t n)
 {
     const struct tfa_model *m = s->m;

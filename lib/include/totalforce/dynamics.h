@@ -159,6 +159,36 @@ TFA_API int tfa_compute(tfa_workspace *workspace, const tfa_request *request, tf
 TFA_API int tfa_compute_states(tfa_workspace *workspace, const tfa_request *request, uint32_t first,
                                uint32_t count, tfa_reply *reply);
 
+/** A request of which all but its numbers is fixed */
+typedef struct tfa_prepared tfa_prepared;
+
+/**
+ * Prepares requests like this one: checks it whole, chooses method and code, and copies op, method,
+ * options, sizes, frames, payloads and locked joints. tfa_compute does the same by itself for a
+ * request that differs from the last one of its op in arrays and their numbers only; a prepared
+ * request also keeps payloads and locked joints, and is not forgotten when others come between.
+ *
+ * @param workspace  outlives the prepared request
+ * @param request    valid, with numbers as for tfa_compute
+ * @param reply      status and failed field, as tfa_compute
+ * @param prepared   release with tfa_prepared_free; NULL on error
+ * @return reply->status as tfa_compute, TFA_OK where that answers; TFA_E_MEMORY: the allocation
+ *         failed. Thread rule: that of tfa_compute.
+ */
+TFA_API TFA_CHECKED int tfa_prepare(tfa_workspace *workspace, const tfa_request *request,
+                                    tfa_reply *reply, tfa_prepared **prepared);
+
+/**
+ * Answers a prepared request, with the bits of tfa_compute. Of `request` it reads `count` and the
+ * arrays of numbers but `payloads`: these are checked as by tfa_compute. No allocation, no lock, no
+ * system call. Thread rule: one call per workspace at a time.
+ * @return reply->status as tfa_compute
+ */
+TFA_API int tfa_run(tfa_prepared *prepared, const tfa_request *request, tfa_reply *reply);
+
+/** Releases a prepared request. NULL is allowed. */
+TFA_API void tfa_prepared_free(tfa_prepared *prepared);
+
 /** Upper bound of the stack that any request uses (`test_stack`; docs/real-time.md). */
 #define TFA_STACK_BYTES ((size_t)256 * 1024)
 

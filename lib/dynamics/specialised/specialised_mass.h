@@ -13,11 +13,12 @@
 
 #define ROBOT_MASS_ROWS ((size_t)ROBOT_BASE + ROBOT_V_COUNT)
 
-/* Where the entries go; their sum is not finite where one is not. */
+/* Where the entries go; their sum is not finite where one is not. x + zero is never -0: of which
+ * sign a zero is depends on the lanes, to compilers that are told that it has none. */
 struct mass_entries {
     double *M;
     struct lane_states at;
-    num sum;
+    num sum, zero;
 };
 
 /* Where inner freedom v stands in the reply */
@@ -30,6 +31,7 @@ TFA_INLINE size_t public_freedom(size_t v)
 TFA_INLINE void put_entry(struct mass_entries *m, size_t v, size_t w, num x)
 {
     const size_t n = ROBOT_MASS_ROWS, a = public_freedom(v), b = public_freedom(w);
+    x += m->zero;
     m->sum += x;
 #pragma GCC unroll 16
     for (uint32_t l = 0; l < NUM_LANES; l++) {
@@ -88,11 +90,12 @@ static __attribute__((flatten, noinline)) uint32_t mass_matrix(const struct tfa_
                                                                uint32_t count, tfa_reply *reply)
 {
     const size_t entries = ROBOT_MASS_ROWS * ROBOT_MASS_ROWS;
-    struct mass_entries m = {reply->mass_matrix, lanes_of_states(k, count), num_of(0)};
+    struct mass_entries m = {reply->mass_matrix, lanes_of_states(k, count), num_of(0), num_of(0)};
     struct robot_inputs in;
     struct state s;
     if (!ROBOT_HAS_MASS || !m.M)
         return TFA_SPECIALISED_NO_CODE;
+    __asm__("" : ROBOT_REGISTER(m.zero)); /* known to no compiler */
     load_positions(&in, host, r, &m.at);
     init_state(&s, &in, host, r);
     if (!ROBOT_IS_CHAIN)

@@ -15,7 +15,9 @@
 #define SCANS (BIT(TFA_METHOD_SCAN) | BIT(TFA_METHOD_SCAN_TWO_PASS))
 #define CYCLIC (BIT(TFA_METHOD_TFA_CR) | BIT(TFA_METHOD_CFA_CR))
 #define ARTICULATED (BIT(TFA_METHOD_ABA) | BIT(TFA_METHOD_PROPAGATION) | BIT(TFA_METHOD_PV_OSIMR))
-#define SPECIALISED (BIT(TFA_METHOD_ABA) | BIT(TFA_METHOD_RNEA) | BIT(TFA_METHOD_PROPAGATION))
+#define SPECIALISED                                                                                \
+    (BIT(TFA_METHOD_ABA) | BIT(TFA_METHOD_RNEA) | BIT(TFA_METHOD_PROPAGATION) |                    \
+     BIT(TFA_METHOD_CRBA))
 #define ANY_OP TFA_OPS_ALL
 
 static const tfa_answer no_estimate = {.error_estimate = (double)NAN};
@@ -341,8 +343,8 @@ static uint32_t run_scalar(tfa_workspace *w, const struct call *c, uint32_t k, u
 /* Answers that the scalar kernel computes while it has the state */
 #define SCALAR_ONLY (TRAIT_LAMBDA | TRAIT_POINT)
 static const struct strategy strategies[TFA_STRATEGIES] = {
-    {"specialised", has_specialised, TRAIT_FD | TRAIT_ID | TRAIT_OSIM, SCALAR_ONLY, 0, SPECIALISED,
-     specialised_serves, run_specialised},
+    {"specialised", has_specialised, TRAIT_FD | TRAIT_ID | TRAIT_OSIM | TRAIT_M, SCALAR_ONLY, 0,
+     SPECIALISED, specialised_serves, run_specialised},
     {"mixed", has_residual_kernel, ANY_OP, 0, TRAITS_ADDED, TFA_METHODS_ALL, NULL, tfa_run_mixed},
     {"segment lanes", has_segments, TRAIT_FD, REFUSED_BY_FACTORS | TRAIT_TIPS, 0, SCANS | CYCLIC,
      NULL, run_segments},

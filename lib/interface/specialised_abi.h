@@ -13,7 +13,7 @@
 
 /* Grows whenever the meaning of anything here changes, or of struct tfa_body in the generated
  * tables. */
-#define TFA_SPECIALISED_ABI 11u
+#define TFA_SPECIALISED_ABI 12u
 
 /* The symbol */
 #define TFA_SPECIALISED_SYMBOL "tfa_specialised_kernel"
@@ -48,8 +48,8 @@ struct tfa_specialised_kernel {
     const char *algorithms; /* by which requests are answered: "forward crba, ..." */
     uint32_t bodies;
     uint32_t lanes, lanes_f32; /* states that a batch takes at a time; 0: there is none */
-    /* Is this checked request, by aba, rnea or propagation, one that the kernel answers? All states
-     * of it are, or none. */
+    /* Is this checked request, by aba, rnea, propagation or crba, one that the kernel answers? All
+     * states of it are, or none. */
     int (*supports)(const struct tfa_host_api *host, const tfa_request *request);
     /* State k of such a request into the reply's arrays. Returns 1, or 0 where the answer is not
      * finite or the sentinel trips: nothing that was written counts then. No allocation, no lock,

@@ -82,27 +82,34 @@ static void write_function(struct text_buffer *t, const tfa_model *m, int kind, 
         text_append(t, "tfa_robot_%s_%s_%s\n", kinds[kind].function, kinds[kind].variant, name);
 }
 
+/* Of one algorithm; variant: as macro, as function */
+static void write_unchosen(struct text_buffer *t, const char *macro, const char *function,
+                           const char *const variant[2])
+{
+    text_append(t, "#define ROBOT_%s_%s tfa_robot_%s_%s_aba\n", macro, variant[0], function,
+                variant[1]);
+}
+
 void specialised_choice_write(struct text_buffer *t, const tfa_model *m,
                               const uint8_t choice[CHOICES])
 {
-    static const struct {
-        const char *macro, *variant;
-    } payloads[] = {{"PAYLOADS", "payloads"},
-                    {"BATCH_PAYLOADS", "batch_payloads"},
-                    {"BATCH_F32_PAYLOADS", "batch_f32_payloads"}};
+    static const char *const states[][2] = {
+        {"ONE", "scalar"}, {"BATCH", "batch"}, {"BATCH_F32", "batch_f32"}};
+    static const char *const payloads[][2] = {{"PAYLOADS", "payloads"},
+                                              {"BATCH_PAYLOADS", "batch_payloads"},
+                                              {"BATCH_F32_PAYLOADS", "batch_f32_payloads"}};
     text_append(t, "/* Which function of a kernel answers; written by totalforce. */\n");
     for (int k = 0; k < CHOICES; k++)
         write_function(t, m, k, choice[k]);
-    text_append(t, "#define ROBOT_INVERSE_ONE tfa_robot_inverse_scalar_aba\n"
-                   "#define ROBOT_INVERSE_BATCH tfa_robot_inverse_batch_aba\n"
-                   "#define ROBOT_INVERSE_BATCH_F32 tfa_robot_inverse_batch_f32_aba\n");
     for (size_t k = 0; k < sizeof payloads / sizeof *payloads; k++) {
-        const char *macro = payloads[k].macro, *variant = payloads[k].variant;
-        text_append(t, "#define ROBOT_INVERSE_%s tfa_robot_inverse_%s_aba\n", macro, variant);
+        write_unchosen(t, "INVERSE", "inverse", states[k]);
+        write_unchosen(t, "MASS", "mass", states[k]);
+        write_unchosen(t, "INVERSE", "inverse", payloads[k]);
+        write_unchosen(t, "MASS", "mass", payloads[k]);
         if (m->bodies > UNROLLED_BODIES_MAX)
-            text_append(t, "#define ROBOT_FORWARD_%s tfa_robot_none\n", macro);
+            text_append(t, "#define ROBOT_FORWARD_%s tfa_robot_none\n", payloads[k][0]);
         else
-            text_append(t, "#define ROBOT_FORWARD_%s tfa_robot_forward_%s_aba\n", macro, variant);
+            write_unchosen(t, "FORWARD", "forward", payloads[k]);
     }
     text_append(t, "#define ROBOT_ALGORITHMS \"");
     for (int k = 0; k < CHOICES; k++)

@@ -33,6 +33,7 @@ static uint32_t lanes_of(const struct tfa_specialised_kernel *kernel, enum way w
 
 #define FORWARD TFA_OP_FORWARD_DYNAMICS
 #define INVERSE TFA_OP_INVERSE_DYNAMICS
+#define MASS TFA_OP_MASS_MATRIX
 #define LAMBDA TFA_OP_OPERATIONAL_INERTIA
 #define ALIGNED TFA_FRAME_LOCAL_WORLD_ALIGNED
 
@@ -52,6 +53,9 @@ static const struct self_test_case cases[] = {
     {"inverse dynamics with a gravity", INVERSE, 0, ALIGNED, 0, SELF_TEST_GRAVITY},
     {"inverse dynamics with a payload", INVERSE, 0, ALIGNED, 0, SELF_TEST_PAYLOAD},
     {"inverse dynamics with a wrench", INVERSE, 0, ALIGNED, 0, SELF_TEST_WRENCH},
+    {"mass matrix", MASS, 0, ALIGNED, 0, 0},
+    {"mass matrix with a payload", MASS, 0, ALIGNED, 0, SELF_TEST_PAYLOAD},
+    {"mass matrix with a locked joint", MASS, 0, ALIGNED, 0, SELF_TEST_LOCKED},
     {"lambda_inv", LAMBDA, 1, ALIGNED, 0, 0},
     {"lambda_inv in the link's frame", LAMBDA, 1, TFA_FRAME_LOCAL, 0, 0},
     {"lambda_inv in the world's frame", LAMBDA, 1, TFA_FRAME_WORLD, 0, 0},
@@ -88,7 +92,8 @@ static int guards_intact(const struct self_test *t)
     const tfa_reply *r = &t->tested.reply;
     return guard_intact(r->qdd + v) && guard_intact(r->tau + v) &&
            guard_intact(r->base_acceleration + 6 * n) && guard_intact(r->base_wrench + 6 * n) &&
-           guard_intact(r->lambda_inv + 144 * n) && guard_intact(r->poses + 14 * n);
+           guard_intact(r->lambda_inv + 144 * n) && guard_intact(r->poses + 14 * n) &&
+           guard_intact(r->mass_matrix + self_test_mass(t->model) * n);
 }
 
 /* ---- comparison ---- */
@@ -117,6 +122,11 @@ static uint32_t result_arrays(const struct self_test *t, uint32_t k, struct resu
         p[count++] = (struct result_array){"tau", a->tau + nv * k, b->tau + nv * k, nv};
         p[count++] = (struct result_array){"base_wrench", a->base_wrench + base * k,
                                            b->base_wrench + base * k, base};
+    }
+    if (r->op == TFA_OP_MASS_MATRIX) {
+        const size_t entries = self_test_mass(t->model);
+        p[count++] = (struct result_array){"mass_matrix", a->mass_matrix + entries * k,
+                                           b->mass_matrix + entries * k, entries};
     }
     if (r->tip_count)
         p[count++] =
@@ -159,7 +169,8 @@ static const char *compare_state(const struct self_test *t, uint32_t k, enum way
     const double estimate = t->reference.answers[k].error_estimate * ESTIMATE_FACTOR *
                             (way == BATCH_F32 ? ROUNDING_F32 : 1);
     const double bound = estimate > least ? estimate : least; /* also without an estimate */
-    const int motion = t->request.op != TFA_OP_OPERATIONAL_INERTIA;
+    const int motion =
+        t->request.op == TFA_OP_FORWARD_DYNAMICS || t->request.op == TFA_OP_INVERSE_DYNAMICS;
     const double motion_size =
         motion ? fmax(largest(p[0].reference, p[0].n), largest(p[1].reference, p[1].n)) : 0;
     for (uint32_t i = 0; i < count; i++) {
@@ -214,7 +225,7 @@ static int run_case(struct self_test *t, const struct tfa_specialised_kernel *ke
     double wrong = 0;
     poison(t);
     tfa_request r = t->request;
-    if (test_case->op != TFA_OP_INVERSE_DYNAMICS)
+    if (test_case->op != TFA_OP_INVERSE_DYNAMICS && test_case->op != TFA_OP_MASS_MATRIX)
         r.estimate = TFA_ESTIMATE_ALWAYS;
     (void)tfa_compute(t->generic, &r, &t->reference.reply);
     run_kernel(t, kernel, way, done);

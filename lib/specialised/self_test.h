@@ -47,6 +47,13 @@ struct self_test {
     uint32_t compared, unanswered; /* states asked, and those without an answer */
 };
 
+/* Entries of a mass matrix */
+static inline size_t self_test_mass(const tfa_model *m)
+{
+    const size_t n = m->base_freedoms + m->v_count;
+    return n * n;
+}
+
 /* Memory for requests and answers, and the generic workspace; to be closed after an error, too */
 int self_test_open(struct self_test *t, const tfa_model *model);
 void self_test_close(struct self_test *t);

@@ -70,9 +70,13 @@ static void set_reply_buffers(struct self_test_reply *a, const tfa_model *m, dou
     const struct {
         double **array;
         size_t width;
-    } arrays[] = {{&a->reply.qdd, m->v_count},      {&a->reply.tau, m->v_count},
-                  {&a->reply.base_acceleration, 6}, {&a->reply.base_wrench, 6},
-                  {&a->reply.lambda_inv, 144},      {&a->reply.poses, 14}};
+    } arrays[] = {{&a->reply.qdd, m->v_count},
+                  {&a->reply.tau, m->v_count},
+                  {&a->reply.base_acceleration, 6},
+                  {&a->reply.base_wrench, 6},
+                  {&a->reply.lambda_inv, 144},
+                  {&a->reply.poses, 14},
+                  {&a->reply.mass_matrix, self_test_mass(m)}};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
         *arrays[k].array = *at;
         *at += SELF_TEST_STATES * arrays[k].width + SELF_TEST_GUARD;
@@ -82,7 +86,8 @@ static void set_reply_buffers(struct self_test_reply *a, const tfa_model *m, dou
 
 static size_t outputs_of(const tfa_model *m)
 {
-    return (size_t)SELF_TEST_STATES * (2 * m->v_count + 6 + 6 + 144 + 14) + 6 * SELF_TEST_GUARD;
+    return (size_t)SELF_TEST_STATES * (2 * m->v_count + 6 + 6 + 144 + 14 + self_test_mass(m)) +
+           7 * SELF_TEST_GUARD;
 }
 
 /* ---- requests ---- */
@@ -90,7 +95,8 @@ static size_t outputs_of(const tfa_model *m)
 int self_test_open(struct self_test *t, const tfa_model *model)
 {
     const tfa_workspace_options options = {.states = TFA_STATES_ONE,
-                                           .methods = TFA_METHOD_BIT(TFA_METHOD_ABA)};
+                                           .methods = TFA_METHOD_BIT(TFA_METHOD_ABA) |
+                                                      TFA_METHOD_BIT(TFA_METHOD_CRBA)};
     const size_t inputs = (size_t)SELF_TEST_STATES * (model->q_count + 3 * model->v_count + 31) + 3;
     *t = (struct self_test){.model = model,
                             .host = specialised_host_api(model),

@@ -65,6 +65,10 @@ static void write_order(struct text_buffer *t, const tfa_model *m)
 
 static void write_sizes(struct text_buffer *t, const tfa_model *m)
 {
+    uint32_t paths = 0;
+    for (uint32_t i = 0; i < m->bodies; i++)
+        for (int32_t k = (int32_t)i; k >= 0; k = m->body[k].parent)
+            paths++;
     const struct {
         const char *name, *text;
         uint32_t value;
@@ -76,6 +80,7 @@ static void write_sizes(struct text_buffer *t, const tfa_model *m)
         {"Q_COUNT", "of a request", m->q_count},
         {"V_COUNT", "of a request", m->v_count},
         {"FRAMES", "of the model", m->frames},
+        {"PATHS", "bodies between each and the world, both included", paths},
         {"DAMPED", "1: damping acts", m->damping != NULL},
     };
     for (size_t k = 0; k < sizeof sizes / sizeof *sizes; k++)

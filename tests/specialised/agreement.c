@@ -38,6 +38,7 @@ static int by(const char *algorithm)
 
 struct answer {
     double x[STATES * FREEDOMS], base[STATES * 6], lambda[STATES * 36];
+    double mass[STATES * FREEDOMS * FREEDOMS];
 };
 
 /* What was found about one robot: the largest of each */
@@ -142,7 +143,8 @@ static void compute(const struct comparison *t, tfa_workspace *w, const tfa_requ
                     struct answer *a)
 {
     const int forces = r->op == TFA_OP_INVERSE_DYNAMICS;
-    tfa_reply reply = {.lambda_inv = a->lambda + (size_t)36 * k};
+    tfa_reply reply = {.lambda_inv = a->lambda + (size_t)36 * k,
+                       .mass_matrix = a->mass + (size_t)t->robot->n * t->robot->n * k};
     *(forces ? &reply.tau : &reply.qdd) = a->x + (size_t)t->robot->nv * k;
     *(forces ? &reply.base_wrench : &reply.base_acceleration) = a->base + (size_t)6 * k;
     compute_ok(t->robot, w, r, &reply);
@@ -192,6 +194,18 @@ static void compare_lambda(struct comparison *t, const char *what)
                    t->precision == TFA_F32 ? ROUNDING_F32 : 1);
 }
 
+/* An entry and its mirror image are the same number. */
+static void compare_mass(struct comparison *t, const char *what)
+{
+    const size_t n = t->robot->n;
+    for (size_t k = 0; k < STATES; k++)
+        for (size_t e = 0; e < n * n; e++)
+            assert_memory_equal(&t->by_specialised.mass[n * n * k + e],
+                                &t->by_specialised.mass[n * n * k + e % n * n + e / n],
+                                sizeof(double));
+    compare_states(t, what, &(struct result_array){{offsetof(struct answer, mass)}, {n * n}}, 1);
+}
+
 /* Without wrenches */
 static tfa_request request_of(const struct comparison *t, tfa_op op)
 {
@@ -209,7 +223,7 @@ static void compare_motion(struct comparison *t, const tfa_request *r, bool alon
     ask_others(t, r);
     for (int one_by_one = 0; one_by_one < 2; one_by_one++) {
         if (ask_specialised(t, r, one_by_one))
-            compare_accelerations(t, what);
+            (r->op == TFA_OP_MASS_MATRIX ? compare_mass : compare_accelerations)(t, what);
         else if (alone || !one_by_one)
             fail_msg("%s: the kernel leaves %s to the generic one", t->robot->name, what);
     }
@@ -220,7 +234,9 @@ static void compare_motions(struct comparison *t)
     const tfa_request forward = request_of(t, TFA_OP_FORWARD_DYNAMICS);
     const tfa_request inverse = request_of(t, TFA_OP_INVERSE_DYNAMICS);
     compare_motion(t, &forward, true, "qdd");
+    const tfa_request mass = request_of(t, TFA_OP_MASS_MATRIX);
     compare_motion(t, &inverse, true, "tau");
+    compare_motion(t, &mass, true, "mass_matrix");
 }
 
 static void add_payloads(const struct comparison *t, tfa_request *r)
@@ -250,6 +266,8 @@ static void compare_loads(struct comparison *t)
             compare_motion(t, &r, true, "qdd with loads");
         r.op = TFA_OP_INVERSE_DYNAMICS;
         compare_motion(t, &r, small || t->precision == TFA_F32, "tau with loads");
+        r.op = TFA_OP_MASS_MATRIX;
+        compare_motion(t, &r, true, "mass_matrix with loads");
     }
 }
 

@@ -26,7 +26,7 @@ struct asked {
 
 struct kernel_inputs {
     double qdd[STATES * 32], tau[STATES * 32], base[STATES * 6], wrench[STATES * 6];
-    double lambda[STATES * 144];
+    double lambda[STATES * 144], mass[STATES * 32 * 32];
     tfa_spectrum spectrum[STATES];
     tfa_answer answers[STATES];
 };
@@ -128,6 +128,7 @@ static void compute(const struct pair *p, tfa_workspace *w, const tfa_request *r
                        .base_acceleration = out->base,
                        .base_wrench = out->wrench,
                        .lambda_inv = out->lambda,
+                       .mass_matrix = out->mass,
                        .spectrum = out->spectrum,
                        .answers = out->answers};
     assert_int_equal(tfa_compute(w, r, &reply), TFA_OK);
@@ -152,6 +153,7 @@ static void ask(struct pair *p, const char *what, const tfa_request *r)
     compare(what, a->wrench, b->wrench, STATES * 6, 0);
     compare(what, a->tau, b->tau, STATES * 32, fabs(b->wrench[2]));
     compare(what, a->lambda, b->lambda, STATES * 144, 0);
+    compare(what, a->mass, b->mass, STATES * 32 * 32, 0);
 }
 
 static tfa_request request_of(struct pair *p, tfa_op op, uint32_t count)
@@ -254,6 +256,10 @@ static void ask_for_more(struct pair *p)
     tip.payloads = payload;
     tip.tips[0] = tip.payload_frames[0] = tfa_model_frame_count(p->model) - 1;
     ask(p, "lambda_inv with a payload", &tip);
+    tip.op = TFA_OP_MASS_MATRIX;
+    tip.tip_count = 0;
+    ask(p, "mass matrix with a payload", &tip);
+    tip.tip_count = 1;
     tip.op = TFA_OP_FORWARD_DYNAMICS;
     ask(p, "both with a payload", &tip);
     tfa_request r = request_of(p, TFA_OP_FORWARD_DYNAMICS, STATES);
@@ -292,6 +298,8 @@ static void ask_everything(enum robot robot)
         const tfa_request inverse = request_of(p, TFA_OP_INVERSE_DYNAMICS, count);
         ask(p, "forward dynamics", &forward);
         ask(p, "inverse dynamics", &inverse);
+        const tfa_request mass = request_of(p, TFA_OP_MASS_MATRIX, count);
+        ask(p, "mass matrix", &mass);
     }
     ask_with_tips(p, 1);
     ask_with_tips(p, 3);
@@ -344,7 +352,7 @@ TEST(gravity_and_loads_are_inputs)
     static const uint32_t joint[1] = {0};
     struct pair *p = calloc(1, sizeof *p);
     open_pair(p, QUADRUPED);
-    for (uint32_t op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_OPERATIONAL_INERTIA; op++) {
+    for (uint32_t op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_MASS_MATRIX; op++) {
         tfa_request r = request_of(p, (tfa_op)op, 1);
         r.tip_count = op == TFA_OP_OPERATIONAL_INERTIA;
         r.tips[0] = tfa_model_frame_count(p->model) - 1;
@@ -352,6 +360,9 @@ TEST(gravity_and_loads_are_inputs)
         r.wrench_count = 1;
         r.wrenches = p->in.wrench;
         assert_true(takes(p, &r));
+        r.method = TFA_METHOD_CRBA; /* another algorithm, but for M */
+        assert_int_equal(takes(p, &r), op == TFA_OP_MASS_MATRIX);
+        r.method = TFA_METHOD_AUTO;
         r.payload_count = 1;
         r.payloads = numbers;
         assert_int_equal(takes(p, &r), !r.tip_count);
@@ -410,10 +421,10 @@ TEST(answers_that_are_not_wanted)
 {
     struct pair *p = calloc(1, sizeof *p);
     open_pair(p, ARM);
-    for (uint32_t op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_OPERATIONAL_INERTIA; op++) {
+    for (uint32_t op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_MASS_MATRIX; op++) {
         tfa_request r = request_of(p, (tfa_op)op, STATES);
         tfa_reply nothing = {0};
-        r.tip_count = op != TFA_OP_INVERSE_DYNAMICS;
+        r.tip_count = op != TFA_OP_INVERSE_DYNAMICS && op != TFA_OP_MASS_MATRIX;
         r.tips[0] = tfa_model_frame_count(p->model) - 1;
         assert_int_equal(tfa_compute(p->specialised, &r, &nothing), TFA_OK);
     }

@@ -17,7 +17,7 @@
 /* Every array that a request can have written, of all states */
 struct answers {
     double qdd[STATES * FREEDOMS], tau[STATES * FREEDOMS], base[STATES * 6], wrench[STATES * 6];
-    double lambda[STATES * 36];
+    double lambda[STATES * 36], mass[STATES * FREEDOMS * FREEDOMS];
     tfa_answer each[STATES];
 };
 
@@ -48,9 +48,17 @@ static const struct kind {
     {"tau", TFA_OP_INVERSE_DYNAMICS, 0, 0, 0},
     {"tau with a wrench", TFA_OP_INVERSE_DYNAMICS, 0, 1, 0},
     {"tau with a payload", TFA_OP_INVERSE_DYNAMICS, 0, 1, 3},
+    {"mass_matrix", TFA_OP_MASS_MATRIX, 0, 0, 0},
+    {"mass_matrix with a payload", TFA_OP_MASS_MATRIX, 0, 0, 3},
     {"lambda_inv", TFA_OP_OPERATIONAL_INERTIA, 1, 0, 0},
     {"qdd and lambda_inv", TFA_OP_FORWARD_DYNAMICS, 1, 1, 0},
 };
+
+static size_t mass_entries(const struct subject *s)
+{
+    const size_t n = tfa_model_v_count(s->model) + tfa_model_base_freedoms(s->model);
+    return n * n;
+}
 
 static tfa_reply reply_to(const struct subject *s, struct answers *a, uint32_t k)
 {
@@ -60,6 +68,7 @@ static tfa_reply reply_to(const struct subject *s, struct answers *a, uint32_t k
                        .base_acceleration = a->base + (size_t)6 * k,
                        .base_wrench = a->wrench + (size_t)6 * k,
                        .lambda_inv = a->lambda + (size_t)36 * k,
+                       .mass_matrix = a->mass + mass_entries(s) * k,
                        .answers = a->each + k};
 }
 
@@ -123,7 +132,7 @@ static void ask_alone(struct subject *s, const tfa_request *all)
 static void compare(const struct subject *s, const char *what, uint32_t frame, const char *how,
                     uint32_t cut)
 {
-    const size_t nv = tfa_model_v_count(s->model);
+    const size_t nv = tfa_model_v_count(s->model), entries = mass_entries(s);
     const struct answers *a = &s->alone, *b = &s->tested;
     for (uint32_t k = 0; k < STATES; k++)
         if (memcmp(a->qdd + nv * k, b->qdd + nv * k, nv * sizeof *a->qdd) ||
@@ -131,6 +140,7 @@ static void compare(const struct subject *s, const char *what, uint32_t frame, c
             memcmp(a->base + 6 * k, b->base + 6 * k, 6 * sizeof *a->base) ||
             memcmp(a->wrench + 6 * k, b->wrench + 6 * k, 6 * sizeof *a->wrench) ||
             memcmp(a->lambda + 36 * k, b->lambda + 36 * k, 36 * sizeof *a->lambda) ||
+            memcmp(a->mass + entries * k, b->mass + entries * k, entries * sizeof *a->mass) ||
             memcmp(&a->each[k], &b->each[k], sizeof *a->each))
             fail_msg("%s, %s base: %s at frame %u: state %u has other bits alone than %s %u",
                      tfa_model_name(s->model),

@@ -13,7 +13,7 @@ typedef uint32_t robot_solve(const struct tfa_host_api *host, const tfa_request 
                              uint32_t count, tfa_reply *reply);
 
 robot_solve ROBOT_FORWARD_ONE, ROBOT_INVERSE_ONE, ROBOT_LAMBDA_ONE, ROBOT_FORWARD_LAMBDA_ONE,
-    ROBOT_FORWARD_PAYLOADS, ROBOT_INVERSE_PAYLOADS;
+    ROBOT_FORWARD_PAYLOADS, ROBOT_INVERSE_PAYLOADS, ROBOT_MASS_ONE, ROBOT_MASS_PAYLOADS;
 
 /* Forward dynamics, then Lambda^-1: with branches in lanes less than one pass without */
 uint32_t tfa_robot_two_passes(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
@@ -32,7 +32,8 @@ uint32_t tfa_robot_none(const struct tfa_host_api *host, const tfa_request *r, u
 
 /* Functions of one number type: one state, or states in lanes */
 struct solvers {
-    robot_solve *forward, *inverse, *lambda, *forward_lambda, *forward_payloads, *inverse_payloads;
+    robot_solve *forward, *inverse, *lambda, *forward_lambda, *forward_payloads, *inverse_payloads,
+        *mass, *mass_payloads;
 };
 
 TFA_INLINE uint32_t solve_by(struct solvers by, const struct tfa_host_api *host,
@@ -41,6 +42,8 @@ TFA_INLINE uint32_t solve_by(struct solvers by, const struct tfa_host_api *host,
     const int forward = r->op == TFA_OP_FORWARD_DYNAMICS;
     if (r->op == TFA_OP_OPERATIONAL_INERTIA)
         return by.lambda(host, r, k, count, reply);
+    if (r->op == TFA_OP_MASS_MATRIX)
+        return (r->payload_count ? by.mass_payloads : by.mass)(host, r, k, count, reply);
     if (r->payload_count)
         return (forward ? by.forward_payloads : by.inverse_payloads)(host, r, k, count, reply);
     if (!forward)
@@ -51,22 +54,24 @@ TFA_INLINE uint32_t solve_by(struct solvers by, const struct tfa_host_api *host,
 static uint32_t solve(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
                       tfa_reply *reply)
 {
-    const struct solvers one = {ROBOT_FORWARD_ONE,      ROBOT_INVERSE_ONE,
-                                ROBOT_LAMBDA_ONE,       ROBOT_FORWARD_LAMBDA_ONE,
-                                ROBOT_FORWARD_PAYLOADS, ROBOT_INVERSE_PAYLOADS};
+    const struct solvers one = {
+        ROBOT_FORWARD_ONE,      ROBOT_INVERSE_ONE,      ROBOT_LAMBDA_ONE, ROBOT_FORWARD_LAMBDA_ONE,
+        ROBOT_FORWARD_PAYLOADS, ROBOT_INVERSE_PAYLOADS, ROBOT_MASS_ONE,   ROBOT_MASS_PAYLOADS};
     return solve_by(one, host, r, k, 1, reply);
 }
 
 #if ROBOT_BATCH_LANES
 robot_solve ROBOT_FORWARD_BATCH, ROBOT_INVERSE_BATCH, ROBOT_LAMBDA_BATCH,
-    ROBOT_FORWARD_LAMBDA_BATCH, ROBOT_FORWARD_BATCH_PAYLOADS, ROBOT_INVERSE_BATCH_PAYLOADS;
+    ROBOT_FORWARD_LAMBDA_BATCH, ROBOT_FORWARD_BATCH_PAYLOADS, ROBOT_INVERSE_BATCH_PAYLOADS,
+    ROBOT_MASS_BATCH, ROBOT_MASS_BATCH_PAYLOADS;
 
 static uint32_t solve_batch(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
                             uint32_t count, tfa_reply *reply)
 {
-    const struct solvers batch = {ROBOT_FORWARD_BATCH,          ROBOT_INVERSE_BATCH,
-                                  ROBOT_LAMBDA_BATCH,           ROBOT_FORWARD_LAMBDA_BATCH,
-                                  ROBOT_FORWARD_BATCH_PAYLOADS, ROBOT_INVERSE_BATCH_PAYLOADS};
+    const struct solvers batch = {
+        ROBOT_FORWARD_BATCH,        ROBOT_INVERSE_BATCH,          ROBOT_LAMBDA_BATCH,
+        ROBOT_FORWARD_LAMBDA_BATCH, ROBOT_FORWARD_BATCH_PAYLOADS, ROBOT_INVERSE_BATCH_PAYLOADS,
+        ROBOT_MASS_BATCH,           ROBOT_MASS_BATCH_PAYLOADS};
     return solve_by(batch, host, r, k, count, reply);
 }
 #endif
@@ -74,15 +79,19 @@ static uint32_t solve_batch(const struct tfa_host_api *host, const tfa_request *
 #if ROBOT_BATCH_F32_LANES
 robot_solve ROBOT_FORWARD_BATCH_F32, ROBOT_INVERSE_BATCH_F32, ROBOT_LAMBDA_BATCH_F32,
     ROBOT_FORWARD_LAMBDA_BATCH_F32, ROBOT_FORWARD_BATCH_F32_PAYLOADS,
-    ROBOT_INVERSE_BATCH_F32_PAYLOADS;
+    ROBOT_INVERSE_BATCH_F32_PAYLOADS, ROBOT_MASS_BATCH_F32, ROBOT_MASS_BATCH_F32_PAYLOADS;
 
 static uint32_t solve_batch_f32(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
                                 uint32_t count, tfa_reply *reply)
 {
-    const struct solvers batch_f32 = {
-        ROBOT_FORWARD_BATCH_F32,          ROBOT_INVERSE_BATCH_F32,
-        ROBOT_LAMBDA_BATCH_F32,           ROBOT_FORWARD_LAMBDA_BATCH_F32,
-        ROBOT_FORWARD_BATCH_F32_PAYLOADS, ROBOT_INVERSE_BATCH_F32_PAYLOADS};
+    const struct solvers batch_f32 = {ROBOT_FORWARD_BATCH_F32,
+                                      ROBOT_INVERSE_BATCH_F32,
+                                      ROBOT_LAMBDA_BATCH_F32,
+                                      ROBOT_FORWARD_LAMBDA_BATCH_F32,
+                                      ROBOT_FORWARD_BATCH_F32_PAYLOADS,
+                                      ROBOT_INVERSE_BATCH_F32_PAYLOADS,
+                                      ROBOT_MASS_BATCH_F32,
+                                      ROBOT_MASS_BATCH_F32_PAYLOADS};
     return solve_by(batch_f32, host, r, k, count, reply);
 }
 #endif

@@ -9,6 +9,7 @@
  * Compilers are told that numbers are finite and zeros have no sign, or 0 x would not be 0. Numbers
  * that are not finite are found by their bits.
  */
+#include "dynamics/specialised/specialised_mass.h"
 #include "dynamics/specialised/specialised_tip.h"
 #include "dynamics/specialised/specialised_wrenches.h"
 
@@ -70,6 +71,13 @@ uint32_t TFA_V(robot_inverse)(const struct tfa_host_api *host, const tfa_request
                               uint32_t count, tfa_reply *reply)
 {
     return inverse_dynamics(host, r, k, count, reply);
+}
+
+robot_solve TFA_V(robot_mass);
+uint32_t TFA_V(robot_mass)(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
+                           uint32_t count, tfa_reply *reply)
+{
+    return mass_matrix(host, r, k, count, reply);
 }
 #endif
 

@@ -2,7 +2,8 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * Which requests a kernel specialised for one robot answers: forward dynamics, inverse dynamics,
- * Lambda^-1 of one tip, and forward dynamics with it, of the robot as its tables say, plainly.
+ * the mass matrix, Lambda^-1 of one tip, and forward dynamics with it, of the robot as its tables
+ * say, plainly.
  */
 #ifndef TFA_DYNAMICS_SPECIALISED_SPECIALISED_SUPPORTS_H
 #define TFA_DYNAMICS_SPECIALISED_SPECIALISED_SUPPORTS_H
@@ -37,6 +38,11 @@
  * instruction cache. 47 bodies took 1.4 times as long without a wrench, and 0.94 times as long as
  * the generic kernel with one. */
 #define ROBOT_HAS_INVERSE_WRENCHES (NUM_LANES > 1 || ROBOT_BODIES <= ROBOT_UNROLLED_BODIES_MAX)
+
+/* Code of the mass matrix grows with the lengths of all paths, not with the number of bodies: a
+ * humanoid of 58 bodies has less of it than a chain of 40. */
+#define ROBOT_HAS_MASS (ROBOT_PATHS <= 820)
+#define ROBOT_IS_CHAIN (ROBOT_PATHS == ROBOT_BODIES * (ROBOT_BODIES + 1) / 2)
 
 TFA_INLINE int is_branch_or_leaf(int32_t body)
 {
@@ -89,13 +95,15 @@ static int supports_forward(const struct tfa_host_api *host, const tfa_request *
 
 static int supports_request(const struct tfa_host_api *host, const tfa_request *r)
 {
-    if (!supports_options(r))
+    if (!supports_options(r) || (r->method == TFA_METHOD_CRBA && r->op != TFA_OP_MASS_MATRIX))
         return 0;
     switch (r->op) {
     case TFA_OP_FORWARD_DYNAMICS:
         return supports_forward(host, r);
     case TFA_OP_INVERSE_DYNAMICS:
         return !r->tip_count;
+    case TFA_OP_MASS_MATRIX:
+        return ROBOT_HAS_MASS && !r->tip_count;
     case TFA_OP_OPERATIONAL_INERTIA:
         return supports_tip(host, r);
     default:

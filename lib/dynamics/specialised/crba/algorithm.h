@@ -10,8 +10,7 @@
 #ifndef TFA_DYNAMICS_SPECIALISED_ALGORITHM_H
 #define TFA_DYNAMICS_SPECIALISED_ALGORITHM_H
 
-#include "dynamics/specialised/specialised_recursions.h"
-#include "spatial/rigid.h"
+#include "dynamics/specialised/specialised_composite.h"
 
 #define ROBOT_BY_CRBA 1
 
@@ -36,41 +35,15 @@ TFA_INLINE void clear_factors(struct robot_factors *f)
     }
 }
 
-TFA_INLINE num axis_force(const body_constants *b, svec f)
-{
-    return is_revolute(b->kind) ? f.w.z : f.v.z;
-}
-
-/* Row k of M but for what was eliminated: H_j^T f of all bodies j on the path, f = Ic_k H_k */
+/* Adds row k of M to what was eliminated. */
 TFA_INLINE void mass_row(const struct state *s, struct robot_factors *m, int32_t k, const rigid *Ic)
 {
-    const body_constants *b = body_constants_of(s, (uint32_t)k);
-    svec f = is_revolute(b->kind) ? rigid_column_rz(Ic) : rigid_column_tz(Ic);
-    m->row[k][k] += axis_force(b, f) + body_armature(b);
-    int32_t child = k;
+    num row[ROBOT_BODIES];
+    (void)composite_row(s, k, Ic, row);
 #pragma GCC unroll 64
     for (int32_t j = ROBOT_BODIES - 1; j >= 0; j--)
-        if (j < k && is_on_path(j, k)) {
-            f = force_to_parent(s, (uint32_t)child, &robot_body[child], f);
-            m->row[k][j] += axis_force(&robot_body[j], f);
-            child = j;
-        }
-}
-
-TFA_INLINE void composite_to_parent(const struct state *s, struct robot_factors *m, int32_t k,
-                                    const rigid *Ic)
-{
-    const body_constants *b = body_constants_of(s, (uint32_t)k);
-    if (b->parent < 0)
-        return;
-    rigid up;
-    if (body_axial(b)) {
-        const screw e = body_screw(s, (uint32_t)k, b);
-        up = screw_rigid_to_parent(&e, Ic);
-    } else {
-        up = rigid_to_parent(&s->X[k], Ic);
-    }
-    m->Ic[b->parent] = rigid_add(&m->Ic[b->parent], &up);
+        if (j <= k && is_on_path(j, k))
+            m->row[k][j] += row[j];
 }
 
 /* Eliminates freedom k: L, D^-1, and the right-hand side if there is one */
@@ -96,9 +69,7 @@ TFA_INLINE void eliminate_freedom(const struct state *s, struct robot_factors *m
 TFA_INLINE void crba_backward_step(struct state *s, struct robot_factors *m, int32_t k, int rhs)
 {
     const body_constants *b = body_constants_of(s, (uint32_t)k);
-    const rigid own = {body_mass(b), body_h(b), body_I(b)};
-    const rigid Ic = rigid_add(&own, &m->Ic[k]);
-    composite_to_parent(s, m, k, &Ic);
+    const rigid Ic = composite_step(s, m->Ic, k);
     mass_row(s, m, k, &Ic);
     sentinel_see(s,
                  sentinel_margin(m->row[k][k], is_revolute(b->kind) ? s3_trace(Ic.I) : 3 * Ic.m));

@@ -58,12 +58,17 @@ TFA_INLINE struct wrench_columns unit_wrenches(const struct state *s, int32_t ti
 
 /* ---- output ---- */
 
+/* x + zero is never -0: of which sign a zero is depends on the lanes, to compilers that are told
+ * that it has none. */
 #if NUM_LANES > 1
 /* Returns the states whose entries are finite. */
-TFA_INLINE num_mask store_lambda(const struct mat6_simd *C, const struct lane_states *at,
-                                 double *out)
+TFA_INLINE num_mask store_lambda(struct mat6_simd *C, const struct lane_states *at, double *out)
 {
-    const num *entry = (const num *)C;
+    num *entry = (num *)C, zero = num_of(0);
+    __asm__("" : ROBOT_REGISTER(zero)); /* known to no compiler */
+#pragma GCC unroll 36
+    for (int e = 0; e < 36; e++)
+        entry[e] += zero;
     scatter_numbers(entry, at->lane, out, 36, 36);
     return finite_states(entry, 36);
 }
@@ -83,10 +88,14 @@ TFA_INLINE int matrix_is_finite(const struct mat6_simd *C)
     return !any;
 }
 
-TFA_INLINE num_mask store_lambda(const struct mat6_simd *C, const struct lane_states *at,
-                                 double *out)
+TFA_INLINE num_mask store_lambda(struct mat6_simd *C, const struct lane_states *at, double *out)
 {
+    num_vec zero = {0};
+    __asm__("" : ROBOT_REGISTER(zero));
     out += (size_t)36 * at->lane[0];
+    for (int e = 0; e < 6; e++)
+        for (int k = 0; k < VEC6_VECS; k++)
+            C->row[e].vec[k] += zero;
     for (int e = 0; e < 6; e++)
         vec6_store(out + 6 * e, &C->row[e]);
     return matrix_is_finite(C);

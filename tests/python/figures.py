@@ -48,8 +48,10 @@ class Figures(support.Case):
                     client.forward_dynamics(np.full(7, np.nan))
                 read = lambda: statistics.read()["robots"][0]["total"]
                 self.assertTrue(until(lambda: read()["requests"] == 31), read())
-                now = statistics.read()
-                (mine,) = [c for c in now["clients"] if c["kind"] == "shm"]
+                # whoever saw that the daemon serves is gone when its end is served
+                shm = lambda: [c for c in statistics.read()["clients"] if c["kind"] == "shm"]
+                self.assertTrue(until(lambda: len(shm()) == 1), shm())
+                now, (mine,) = statistics.read(), shm()
             self.assertEqual(mine["tally"]["requests"], 31)
             self.assertEqual((mine["robot"], now["process"]), (0, process.pid))
             arm, dog = now["robots"]

@@ -16,6 +16,7 @@
 #include "dynamics/solve/load.h"
 #include "dynamics/solve/method.h"
 #include "dynamics/solve/refine.h"
+#include "interface/inputs.h"
 #include "interface/kernel_table.h"
 #include "number/sincos.h"
 
@@ -60,6 +61,11 @@ static void sincos_of_floats(const float *x, float *sine, float *cosine, size_t 
     sincos_f32(x, sine, cosine, 0, count);
 }
 
+static double zero_of_arrays(const tfa_request *r, const struct tfa_inputs *inputs)
+{
+    return zero_of_inputs(r, inputs);
+}
+
 static void set_executor(struct state *s, struct tfa_executor *executor)
 {
     s->executor = executor;
@@ -84,6 +90,7 @@ const struct tfa_kernel TFA_V(kernel) = {
 #if NUM_LANES == 1
     .sincos = sincos_of_doubles,
     .sincos_f32 = sincos_of_floats,
+    .zero_of_inputs = zero_of_arrays,
     .factor_buffers = TFA_V(factor_buffers),
     .answer_tips = TFA_V(answer_tips),
     .answer_motion = TFA_V(answer_motion),

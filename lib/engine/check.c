@@ -18,8 +18,6 @@ static int check_frames(const struct tfa_model *m, const tfa_request *r, tfa_rep
         return tfa_set_error(reply, TFA_E_SIZE, TFA_FIELD_TIPS, r->tip_count, 0);
     if (r->wrench_count > TFA_MAX_WRENCHES)
         return tfa_set_error(reply, TFA_E_SIZE, TFA_FIELD_WRENCHES, r->wrench_count, 0);
-    if (r->wrench_count && !r->wrenches)
-        return tfa_set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_WRENCHES, 0, 0);
     for (uint32_t t = 0; t < r->tip_count; t++)
         if (r->tips[t] >= m->frames)
             return tfa_set_error(reply, TFA_E_LINK, TFA_FIELD_TIPS, t, 0);
@@ -208,5 +206,5 @@ int tfa_request_check(const tfa_model *model, const tfa_request *request, tfa_re
         return status;
     struct tfa_inputs inputs;
     tfa_inputs_of(model, request, &inputs);
-    return tfa_check_numbers(model, request, &inputs, reply);
+    return tfa_check_numbers(model, request, &inputs, zero_of_inputs(request, &inputs), reply);
 }

@@ -6,7 +6,6 @@
 #include "engine/check_numbers.h"
 
 #include <math.h>
-#include <string.h>
 
 #include "engine/methods.h"
 #include "interface/traits.h"
@@ -14,27 +13,6 @@
 
 /* Tolerance of a quaternion's norm: more is an error of the sender, not rounding. */
 #define QUATERNION_TOLERANCE 1e-3
-
-typedef double pair __attribute__((vector_size(2 * sizeof(double))));
-
-static inline pair zero_of_pair(const double *x)
-{
-    pair p;
-    memcpy(&p, x, sizeof p);
-    return p * 0;
-}
-
-/* sum + 0 if all numbers are finite, else NaN: 0 x without branches, two at a time; the last two
- * overlap if necessary. */
-static inline pair add_zeros_of(pair sum, const double *x, size_t n)
-{
-    if (n < 2)
-        return n ? sum + *x * 0 : sum;
-    const double *const last = x + (n - 2);
-    for (; x < last; x += 2)
-        sum += zero_of_pair(x);
-    return sum + zero_of_pair(last);
-}
 
 int tfa_check_finite(tfa_reply *reply, tfa_field field, const double *x, size_t width, size_t count)
 {
@@ -109,18 +87,6 @@ void tfa_inputs_of(const tfa_model *m, const tfa_request *r, struct tfa_inputs *
 #undef INPUT
 }
 
-static inline const double *input_of(const tfa_request *r, const struct tfa_input *in)
-{
-    const double *x;
-    memcpy(&x, (const char *)r + in->member, sizeof x);
-    return x;
-}
-
-static inline size_t states_of(const tfa_request *r, const struct tfa_input *in)
-{
-    return in->every_state ? r->count : 1;
-}
-
 /* Sets the error of the first number that is not finite. */
 static __attribute__((noinline)) int
 set_array_error(const tfa_request *r, const struct tfa_inputs *inputs, tfa_reply *reply)
@@ -128,27 +94,22 @@ set_array_error(const tfa_request *r, const struct tfa_inputs *inputs, tfa_reply
     int status = TFA_OK;
     for (uint32_t k = 0; status == TFA_OK && k < inputs->count; k++) {
         const struct tfa_input *in = &inputs->input[k];
-        status = tfa_check_finite(reply, (tfa_field)in->field, input_of(r, in), in->width,
-                                  states_of(r, in));
+        status = tfa_check_finite(reply, (tfa_field)in->field, input_array(r, in), in->width,
+                                  input_states(r, in));
     }
     return status;
 }
 
 int tfa_check_numbers(const tfa_model *m, const tfa_request *r, const struct tfa_inputs *inputs,
-                      tfa_reply *reply)
+                      double zero, tfa_reply *reply)
 {
+    if (r->wrench_count && !r->wrenches)
+        return tfa_set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_WRENCHES, 0, 0);
     if (!r->q && m->q_count)
         return tfa_set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_Q, 0, 0);
     if (!r->base_pose && m->base_freedoms)
         return tfa_set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_BASE_POSE, 0, 0);
-    pair sum = {0};
-    for (uint32_t k = 0; k < inputs->count; k++) {
-        const struct tfa_input *in = &inputs->input[k];
-        const double *x = input_of(r, in);
-        if (x)
-            sum = add_zeros_of(sum, x, in->width * states_of(r, in));
-    }
-    if (sum[0] + sum[1] != 0)
+    if (zero != 0)
         return set_array_error(r, inputs, reply);
     return m->joints_nd ? check_quaternions(m, r, reply) : TFA_OK;
 }

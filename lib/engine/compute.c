@@ -3,6 +3,7 @@
  *
  * tfa_compute: the form of a request, then a loop over the strategies that serve it.
  */
+#include <math.h>
 #include <string.h>
 
 #include "engine/form.h"
@@ -45,8 +46,8 @@ static void add_answers(tfa_workspace *w, const struct call *c, uint32_t left, u
         tfa_add_joint_forces(w, c, k, count, reply);
 }
 
-static inline void compute_by(tfa_workspace *w, const struct call *c, uint32_t row, uint32_t k,
-                              uint32_t end, tfa_reply *reply)
+void tfa_compute_by(tfa_workspace *w, const struct call *c, uint32_t row, uint32_t k, uint32_t end,
+                    tfa_reply *reply)
 {
     while (k < end) {
         uint32_t done = 0, s = row;
@@ -56,12 +57,6 @@ static inline void compute_by(tfa_workspace *w, const struct call *c, uint32_t r
             add_answers(w, c, c->traits & TRAITS_ADDED & ~c->strategy[s]->added, k, done, reply);
         k += done;
     }
-}
-
-void tfa_compute_by(tfa_workspace *w, const struct call *c, uint32_t row, uint32_t k, uint32_t end,
-                    tfa_reply *reply)
-{
-    compute_by(w, c, row, k, end, reply);
 }
 
 /* Members of tfa_request before and behind `count`, up to the lists of frames */
@@ -80,33 +75,31 @@ static inline struct tfa_form *find_form(tfa_workspace *w, const tfa_request *r)
 {
     if ((unsigned)r->op > TFA_OP_LAST)
         return NULL;
-    struct tfa_form *form = &w->form[r->op];
-    const tfa_request *of = &form->request;
-    if (!form->is_valid || !is_equal(of, r, 0, CHOICES_BYTES) ||
+    struct tfa_last *last = &w->last[r->op];
+    const tfa_request *of = &last->request;
+    if (!last->is_valid || !is_equal(of, r, 0, CHOICES_BYTES) ||
         !is_equal(of, r, SIZES_AT, SIZES_BYTES))
         return NULL;
     for (uint32_t k = 0; k < r->tip_count; k++)
         if (r->tips[k] != of->tips[k])
             return NULL;
     for (uint32_t k = 0; k < r->wrench_count; k++)
-        if (r->wrench_frames[k] != of->wrench_frames[k] || !r->wrenches)
+        if (r->wrench_frames[k] != of->wrench_frames[k])
             return NULL;
-    return form;
+    return &last->form;
 }
 
-void tfa_form_set(struct tfa_form *form, const tfa_workspace *w, const tfa_request *r)
+void tfa_form_init(struct tfa_form *form, const tfa_workspace *w, const tfa_request *r)
 {
-    form->is_valid = !r->payload_count && !r->locked_count;
-    form->request = *r;
     tfa_inputs_of(w->model, r, &form->inputs);
     tfa_call_init(&form->call, w, r);
 }
 
 /* As tfa_request_check, of a request of this form */
-static int check_form(const tfa_model *model, const struct tfa_form *form, const tfa_request *r,
+static int check_form(const tfa_workspace *w, const struct tfa_form *form, const tfa_request *r,
                       tfa_reply *reply)
 {
-    tfa_reply_begin(model, reply);
+    tfa_reply_begin(w->model, reply);
     if (r->count == 0)
         return tfa_set_error(reply, TFA_E_SIZE, TFA_FIELD_COUNT, 0, 0);
     if (r->rank_threshold || r->characteristic_length || r->op == TFA_OP_TASK_TORQUES) {
@@ -114,31 +107,41 @@ static int check_form(const tfa_model *model, const struct tfa_form *form, const
         if (status != TFA_OK)
             return status;
     }
-    return tfa_check_numbers(model, r, &form->inputs, reply);
+    const double zero = w->kernel->zero_of_inputs(r, &form->inputs);
+    return tfa_check_numbers(w->model, r, &form->inputs, zero, reply);
 }
 
-static inline int compute_form(tfa_workspace *w, struct tfa_form *form, const tfa_request *r,
-                               tfa_reply *reply)
+/* One state by the robot's specialised kernel, as run_specialised. Returns 0 if it has no answer. */
+static inline int solve_one(const tfa_workspace *w, const struct call *c, const tfa_request *r,
+                            tfa_reply *reply)
 {
-    const int status = check_form(w->model, form, r, reply);
-    if (status != TFA_OK)
-        return status;
-    form->call.request = r;
-    compute_by(w, &form->call, 0, 0, r->count, reply);
-    return reply->status;
+    if (!c->solve_one || r->count != 1 || (r->tip_count && !reply->lambda_inv) ||
+        c->solve_one(&w->host, r, 0, reply) != 1)
+        return 0;
+    if (reply->answers)
+        *reply->answers =
+            (tfa_answer){.method = (uint16_t)c->by.method, .error_estimate = (double)NAN};
+    return 1;
 }
 
 int tfa_compute_form(tfa_workspace *w, struct tfa_form *form, const tfa_request *r,
                      tfa_reply *reply)
 {
-    return compute_form(w, form, r, reply);
+    const int status = check_form(w, form, r, reply);
+    if (status != TFA_OK)
+        return status;
+    if (solve_one(w, &form->call, r, reply))
+        return TFA_OK;
+    form->call.request = r;
+    tfa_compute_by(w, &form->call, 0, 0, r->count, reply);
+    return reply->status;
 }
 
 int tfa_compute(tfa_workspace *w, const tfa_request *r, tfa_reply *reply)
 {
     struct tfa_form *form = find_form(w, r);
     if (form)
-        return compute_form(w, form, r, reply);
+        return tfa_compute_form(w, form, r, reply);
     const int status = tfa_request_check(w->model, r, reply);
     return status == TFA_OK ? tfa_compute_states(w, r, 0, r->count, reply) : status;
 }
@@ -156,8 +159,11 @@ int tfa_compute_checked(tfa_workspace *w, const tfa_request *r, uint32_t first, 
 {
     struct tfa_form *form = find_form(w, r);
     if (!form) {
-        form = &w->form[r->op];
-        tfa_form_set(form, w, r);
+        struct tfa_last *last = &w->last[r->op];
+        last->is_valid = !r->payload_count && !r->locked_count;
+        last->request = *r;
+        form = &last->form;
+        tfa_form_init(form, w, r);
     }
     form->call.request = r;
     tfa_compute_by(w, &form->call, 0, first, end, reply);

@@ -12,14 +12,19 @@
 #include "engine/strategy.h"
 
 struct tfa_form {
-    int is_valid;        /* `request` has the form of those that it may answer */
-    tfa_request request; /* its arrays and count mean nothing */
     struct tfa_inputs inputs;
     struct call call;
 };
 
-/* Writes the form of a request that tfa_request_check and tfa_reserved_check passed. */
-void tfa_form_set(struct tfa_form *form, const tfa_workspace *w, const tfa_request *r);
+/* The last request of an op, and its form */
+struct tfa_last {
+    int is_valid;
+    tfa_request request; /* its arrays and count mean nothing */
+    struct tfa_form form;
+};
+
+/* The form of a request that tfa_request_check and tfa_reserved_check passed */
+void tfa_form_init(struct tfa_form *form, const tfa_workspace *w, const tfa_request *r);
 
 /* As tfa_compute, of a request of this form */
 int tfa_compute_form(tfa_workspace *w, struct tfa_form *form, const tfa_request *r,

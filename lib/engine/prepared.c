@@ -41,7 +41,7 @@ int tfa_prepare(tfa_workspace *w, const tfa_request *r, tfa_reply *reply, tfa_pr
                r->payload_count * TFA_PAYLOAD_NUMBERS * sizeof *r->payloads);
     if (r->locked_count)
         memcpy(p->locked, r->locked, r->locked_count * sizeof *r->locked);
-    tfa_form_set(&p->form, w, &p->request);
+    tfa_form_init(&p->form, w, &p->request);
     *prepared = p;
     return TFA_OK;
 }
@@ -51,8 +51,6 @@ int tfa_run(tfa_prepared *p, const tfa_request *r, tfa_reply *reply)
     memcpy((char *)&p->request + ARRAYS_AT, (const char *)r + ARRAYS_AT, ARRAYS_BYTES);
     p->request.payloads = p->payloads;
     p->request.count = r->count;
-    if (p->request.wrench_count && !p->request.wrenches)
-        return tfa_request_check(p->workspace->model, &p->request, reply);
     return tfa_compute_form(p->workspace, &p->form, &p->request, reply);
 }
 

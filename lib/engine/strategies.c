@@ -372,6 +372,7 @@ void tfa_call_init(struct call *c, const tfa_workspace *w, const tfa_request *r)
     c->by = tfa_resolve_method(w, r, c->traits);
     c->batch_min = w->batch_min;
     c->strategies = 0;
+    c->solve_one = NULL;
     const uint32_t method = TFA_METHOD_BIT(c->by.method);
     for (uint32_t k = 0; k < w->strategies; k++) {
         const struct strategy *s = w->strategy[k];
@@ -381,6 +382,9 @@ void tfa_call_init(struct call *c, const tfa_workspace *w, const tfa_request *r)
         c->strategy[c->strategies++] = s;
         if (s->run == run_body_lanes)
             c->batch_min = w->batch_min_body_lanes;
+        if (s->run == run_specialised && w->precision != TFA_F32 &&
+            !(c->traits & (TRAITS_ADDED | TRAIT_SPECTRUM)))
+            c->solve_one = w->specialised->solve;
     }
 }
 

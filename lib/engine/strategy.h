@@ -19,6 +19,10 @@ struct call {
     uint32_t batch_min; /* fewer states are computed one at a time */
     const struct strategy *strategy[TFA_STRATEGIES];
     uint32_t strategies; /* rows that serve it, in order */
+    /* Of a request of one state: the robot's specialised kernel, where its answers are the whole;
+     * else NULL */
+    uint32_t (*solve_one)(const struct tfa_host_api *host, const tfa_request *request, uint32_t k,
+                          tfa_reply *reply);
 };
 
 struct strategy {

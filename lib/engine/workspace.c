@@ -178,7 +178,7 @@ static size_t layout(const tfa_model *model, const struct kernel_choice *c, void
     struct tfa_workspace *w = arena_alloc(&a, 1, sizeof *w);
     const size_t entries = (size_t)36 * c->reserved.tips * c->reserved.tips;
     double *spectrum = arena_alloc(&a, entries, sizeof(double));
-    struct tfa_form *form = arena_alloc(&a, TFA_OP_LAST + 1, sizeof *form);
+    struct tfa_last *last = arena_alloc(&a, TFA_OP_LAST + 1, sizeof *last);
     void *state = arena_alloc(&a, c->kernel->size(model, c->reserved), 1);
     void *residual_kernel = arena_alloc(
         &a, c->residual_kernel && !shared ? c->residual_kernel->size(model, c->reserved) : 0, 1);
@@ -191,8 +191,8 @@ static size_t layout(const tfa_model *model, const struct kernel_choice *c, void
     if (!w)
         return a.used;
     describe(model, c, w);
-    w->form = form;
-    memset(form, 0, (TFA_OP_LAST + 1) * sizeof *form);
+    w->last = last;
+    memset(last, 0, (TFA_OP_LAST + 1) * sizeof *last);
     w->spectrum = spectrum;
     memset(spectrum, 0, entries * sizeof(double)); /* pages are there before the first request */
     w->state = c->kernel->init(model, c->reserved, state);

@@ -14,7 +14,7 @@
 /* Rows of the table of strategies */
 #define TFA_STRATEGIES 6
 struct strategy;
-struct tfa_form;
+struct tfa_last;
 
 struct tfa_workspace {
     const struct tfa_model *model;
@@ -44,7 +44,7 @@ struct tfa_workspace {
     const struct strategy *strategy[TFA_STRATEGIES];  /* rows that this workspace can run, in
                                                          order */
     uint32_t strategies;
-    struct tfa_form *form; /* of the last request of each op */
+    struct tfa_last *last; /* by op */
 };
 
 #endif

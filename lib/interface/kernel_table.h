@@ -13,6 +13,7 @@ struct scan;
 struct state;
 struct segment_lanes;
 struct tfa_executor;
+struct tfa_inputs;
 struct tfa_segment_boundary;
 struct tfa_residual_kernel;
 struct tfa_lane_schedule;
@@ -66,6 +67,9 @@ struct tfa_kernel {
      * kernels of one robot's own call. */
     void (*sincos)(const double *x, double *sine, double *cosine, size_t count);
     void (*sincos_f32)(const float *x, float *sine, float *cosine, size_t count);
+
+    /* inputs.h, by this instruction set */
+    double (*zero_of_inputs)(const tfa_request *request, const struct tfa_inputs *inputs);
 
     struct tfa_factor_buffers (*factor_buffers)(struct state *s);
     /* What a state of a checked request, which changes nothing about the robot, asks of its tips,

@@ -17,21 +17,21 @@ struct setting {
     answers *a, *b;
 };
 
-static void open_setting(struct setting *s, test_robot *robot)
+/* One workspace answers all of them */
+static void every_question(test_robot *robot, void (*ask)(struct setting *s, const question *q))
 {
-    *s = (struct setting){.robot = robot,
-                          .x = fixture_states(robot, 7, STATES, 2),
-                          .used = workspace_for(robot->model, NULL),
-                          .a = answers_create(robot, STATES),
-                          .b = answers_create(robot, STATES)};
-}
-
-static void close_setting(struct setting *s)
-{
-    answers_free(s->a);
-    answers_free(s->b);
-    tfa_workspace_free(s->used);
-    random_states_free(s->x);
+    struct setting s = {.robot = robot,
+                        .x = fixture_states(robot, 7, STATES, 2),
+                        .used = workspace_for(robot->model, NULL),
+                        .a = answers_create(robot, STATES),
+                        .b = answers_create(robot, STATES)};
+    for (size_t k = 0; k < question_count; k++)
+        if (question_fits(robot, &questions[k]))
+            ask(&s, &questions[k]);
+    answers_free(s.a);
+    answers_free(s.b);
+    tfa_workspace_free(s.used);
+    random_states_free(s.x);
 }
 
 /* By a new workspace into b; by the one in use into a. Both must agree, in what they refuse,
@@ -102,12 +102,7 @@ static void ask_relatives(struct setting *s, const question *q)
 
 static void in_sequence(test_robot *robot)
 {
-    struct setting s;
-    open_setting(&s, robot);
-    for (size_t k = 0; k < question_count; k++)
-        if (question_fits(robot, &questions[k]))
-            ask_relatives(&s, &questions[k]);
-    close_setting(&s);
+    every_question(robot, ask_relatives);
 }
 
 EVERY_ROBOT(a_workspace_remembers_nothing_of_other_requests, in_sequence, true)
@@ -127,9 +122,7 @@ static void run_prepared(struct setting *s, const question *q)
     r.locked = nowhere;
     for (size_t k = 0; k < TFA_PAYLOAD_NUMBERS; k++)
         payloads[k] = NAN;
-    for (size_t k = 0; k < s->a->count * s->a->numbers; k++)
-        s->a->memory[k] = NAN;
-    memset(s->a->each, 0, s->a->count * sizeof *s->a->each);
+    answers_clear(s->a);
     reply = answers_reply(s->a, 0, 0);
     (void)tfa_run(prepared, &r, &reply);
     assert_same_answers(s->robot, q, "prepared", s->a, s->b);
@@ -138,12 +131,7 @@ static void run_prepared(struct setting *s, const question *q)
 
 static void prepared_requests(test_robot *robot)
 {
-    struct setting s;
-    open_setting(&s, robot);
-    for (size_t k = 0; k < question_count; k++)
-        if (question_fits(robot, &questions[k]))
-            run_prepared(&s, &questions[k]);
-    close_setting(&s);
+    every_question(robot, run_prepared);
 }
 
 EVERY_ROBOT(prepared_requests_answer_alike, prepared_requests, true)
@@ -213,25 +201,22 @@ static void refuse_choices(struct setting *s, const question *q, const tfa_reque
     expect_refusal(s, q, "a flag that is not there", &r, NULL);
 }
 
+static void refuse_relatives(struct setting *s, const question *q)
+{
+    tfa_request r = question_request(s->robot, q, s->x, STATES);
+    tfa_prepared *prepared;
+    tfa_reply reply;
+    assert_int_equal(tfa_prepare(s->used, &r, &reply, &prepared), TFA_OK);
+    answers_ask(s->a, s->used, &r);
+    refuse_numbers(s, q, &r, prepared);
+    refuse_choices(s, q, &r);
+    refuse_in_place(s, q, &r);
+    tfa_prepared_free(prepared);
+}
+
 static void refusals(test_robot *robot)
 {
-    struct setting s;
-    open_setting(&s, robot);
-    for (size_t k = 0; k < question_count; k++) {
-        const question *q = &questions[k];
-        if (!question_fits(robot, q))
-            continue;
-        tfa_request r = question_request(robot, q, s.x, STATES);
-        tfa_prepared *prepared;
-        tfa_reply reply;
-        assert_int_equal(tfa_prepare(s.used, &r, &reply, &prepared), TFA_OK);
-        answers_ask(s.a, s.used, &r);
-        refuse_numbers(&s, q, &r, prepared);
-        refuse_choices(&s, q, &r);
-        refuse_in_place(&s, q, &r);
-        tfa_prepared_free(prepared);
-    }
-    close_setting(&s);
+    every_question(robot, refuse_relatives);
 }
 
 EVERY_ROBOT(faults_are_found_in_forms_that_are_known, refusals, true)

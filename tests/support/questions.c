@@ -154,11 +154,16 @@ tfa_reply answers_reply(const answers *a, uint32_t k, uint32_t tips)
                        .answers = a->each + k};
 }
 
-void answers_ask(answers *a, tfa_workspace *w, const tfa_request *r)
+void answers_clear(answers *a)
 {
     for (size_t k = 0; k < a->count * a->numbers; k++)
         a->memory[k] = NAN;
     memset(a->each, 0, a->count * sizeof *a->each);
+}
+
+void answers_ask(answers *a, tfa_workspace *w, const tfa_request *r)
+{
+    answers_clear(a);
     tfa_reply reply = answers_reply(a, 0, 0);
     (void)tfa_compute(w, r, &reply);
 }

@@ -43,6 +43,8 @@ answers *answers_create(const test_robot *robot, uint32_t count);
 void answers_free(answers *a);
 /** A reply that fills all of `a` from state k on, for requests with so many tips. */
 tfa_reply answers_reply(const answers *a, uint32_t k, uint32_t tips);
+/** Makes it as if nothing had been written. */
+void answers_clear(answers *a);
 void answers_ask(answers *a, tfa_workspace *w, const tfa_request *r);
 
 /** Fails unless both hold the same bits, naming robot, question and `what`. */

@@ -111,7 +111,7 @@ static int check_form(const tfa_workspace *w, const struct tfa_form *form, const
     return tfa_check_numbers(w->model, r, &form->inputs, zero, reply);
 }
 
-/* One state by the robot's specialised kernel, as run_specialised. Returns 0 if it has no answer. */
+/* One state by the robot's specialised kernel, as run_specialised. Returns 0 without an answer. */
 static inline int solve_one(const tfa_workspace *w, const struct call *c, const tfa_request *r,
                             tfa_reply *reply)
 {

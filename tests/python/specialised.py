@@ -2,6 +2,7 @@
 # SPDX-FileCopyrightText: The totalforce authors
 """A specialised kernel: built, loaded, used by a workspace and a pool; wrong ones are refused."""
 import pathlib
+import subprocess
 import tempfile
 
 import numpy as np
@@ -12,6 +13,16 @@ from support import Case, load, state
 
 
 class Specialised(Case):
+    def check_sweep(self, model, workspace, folder):
+        """Its answers are those of a workspace with the kernel."""
+        command = [support.TOOL, "sweep", str(support.ROBOTS / "arm6.urdf"), "--count", "700",
+                   "--kernels", folder, "--out", f"{folder}/answers", "--out-states",
+                   f"{folder}/states"]
+        subprocess.run(command, check=True, capture_output=True, timeout=5 * support.WAIT)
+        q, v, tau = np.split(np.fromfile(f"{folder}/states").reshape(700, -1), 3, axis=1)
+        wanted = workspace.forward_dynamics(q, v=v, tau=tau).qdd
+        self.same_bits(np.fromfile(f"{folder}/answers"), wanted, "sweep")
+
     def test_build_load_use(self):
         model = load("arm6")
         with tempfile.TemporaryDirectory(prefix="tfspec") as folder:
@@ -30,6 +41,7 @@ class Specialised(Case):
                 for solver in (workspace, pool):
                     got = solver.forward_dynamics(**fields).qdd
                     np.testing.assert_allclose(got, wanted, rtol=1e-9)
+            self.check_sweep(model, workspace, folder)
             with self.fails(tf.UnsupportedError):
                 tf.Specialised(path, load("arm7"))
             with self.fails(tf.InputError):

@@ -16,6 +16,17 @@ status 0 "$tool" model "$data/arm.urdf" --snap 1e-6 --kernels "$work"
 says "$work/out" "specialised: $1"
 status 0 "$tool" model "$data/arm.urdf" --base floating --kernels "$work" # another model
 says "$work/out" "generic: "
+
+# a sweep by it; its blocks are not those of the generic kernel
+sweep="$tool sweep $data/arm.urdf --snap 1e-6 --count 1000 --block 512 --quiet"
+status 0 $sweep --kernels "$work" --resume "$work/swept" --reference 10 --expect-error 1e-9
+digest=$(sed -n '1s/.* kernel=\([0-9a-f]*\) .*/\1/p' "$work/out")
+[ ${#digest} -eq 16 ] || fail "a sweep does not say which kernel: $(cat "$work/out")"
+status 2 $sweep --resume "$work/swept" --reference 10
+says "$work/err" "it has kernel=$digest, this one kernel=; take another"
+status 2 $sweep --kernels "$work" --base floating
+says "$work/err" "totalforce sweep: --kernels: "
+
 chmod o+w "$work"
 status 0 "$tool" model "$data/arm.urdf" --snap 1e-6 --kernels "$work"
 says "$work/out" "can be written by others"

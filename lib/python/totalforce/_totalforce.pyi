@@ -901,6 +901,7 @@ class _Sweep:
         seed: int = 1,
         reference: int = 0,
         first: int = 0,
+        specialised: Optional[Specialised] = None,
     ) -> None: ...
     @property
     def record(self) -> int: ...

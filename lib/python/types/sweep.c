@@ -10,7 +10,7 @@
 
 typedef struct sweep_object {
     PyObject_HEAD sweep_plan plan;
-    PyObject *model;
+    PyObject *model, *specialised;
     sweep_worker *workers;
     uint32_t count;
 } sweep_object;
@@ -23,6 +23,7 @@ static void sweep_dealloc(PyObject *self)
     PyMem_Free(s->workers);
     sweep_plan_free(&s->plan);
     Py_XDECREF(s->model);
+    Py_XDECREF(s->specialised);
     Py_TYPE(self)->tp_free(self);
 }
 
@@ -67,21 +68,23 @@ static int complete(sweep_object *s, const state_ranges *ranges)
 
 static PyObject *sweep_new(PyTypeObject *type, PyObject *args, PyObject *kwargs)
 {
-    static char *names[] = {"",          "",       "method", "precision", "residual",
-                            "estimate",  "refine", "tips",   "ranges",    "seed",
-                            "reference", "first",  NULL};
+    static char *names[] = {"",          "",       "method",      "precision", "residual",
+                            "estimate",  "refine", "tips",        "ranges",    "seed",
+                            "reference", "first",  "specialised", NULL};
     PyObject *model, *op, *precision = NULL, *residual = NULL, *estimate = NULL, *tips = NULL;
+    PyObject *specialised = NULL;
     const char *method = "auto";
     sweep_plan plan = {.request.refine = TFA_REFINE_DEFAULT};
     state_ranges ranges = {1, 1, 1};
     unsigned long long seed = 1, reference = 0, first = 0;
-    if (!PyArg_ParseTupleAndKeywords(args, kwargs, "O!O|$sOOOO&O!(ddd)KKK:_Sweep", names,
+    if (!PyArg_ParseTupleAndKeywords(args, kwargs, "O!O|$sOOOO&O!(ddd)KKKO:_Sweep", names,
                                      &model_type, &model, &op, &method, &precision, &residual,
                                      &estimate, convert_u32, &plan.request.refine, &PyTuple_Type,
                                      &tips, &ranges.velocity, &ranges.force, &ranges.acceleration,
-                                     &seed, &reference, &first) ||
+                                     &seed, &reference, &first, &specialised) ||
         read_request(&plan, op, method, estimate) ||
-        read_precision(precision, residual, &plan.workspace.precision, &plan.workspace.residual))
+        read_precision(precision, residual, &plan.workspace.precision, &plan.workspace.residual) ||
+        read_specialised(specialised, &plan.workspace.specialised))
         return NULL;
     sweep_object *s = (sweep_object *)type->tp_alloc(type, 0);
     if (!s)
@@ -92,6 +95,7 @@ static PyObject *sweep_new(PyTypeObject *type, PyObject *args, PyObject *kwargs)
     plan.first = first;
     s->plan = plan;
     s->model = Py_NewRef(model);
+    s->specialised = plan.workspace.specialised ? Py_NewRef(specialised) : NULL;
     if (read_links(s, tips) || complete(s, &ranges))
         Py_CLEAR(s);
     return (PyObject *)s;
@@ -248,7 +252,8 @@ PyTypeObject sweep_type = {
     PyVarObject_HEAD_INIT(NULL, 0).tp_name = "totalforce._Sweep",
     .tp_doc =
         "_Sweep(model, op, /, *, method='auto', precision=None, residual=None, estimate=None, "
-        "refine=4294967295, tips=(), ranges=(1.0, 1.0, 1.0), seed=1, reference=0, first=0)"
+        "refine=4294967295, tips=(), ranges=(1.0, 1.0, 1.0), seed=1, reference=0, first=0, "
+        "specialised=None)"
         "\n--\n\n"
         "Blocks of states of `totalforce sweep`. ranges: of drawn velocities, torques and\n"
         "accelerations; reference: every how many states a quadruple one; first: state at\n"

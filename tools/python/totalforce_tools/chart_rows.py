@@ -4,7 +4,6 @@
 together, rows with the same answers, the Pareto front; CSV and JSON."""
 import csv
 import math
-import os
 import time
 from dataclasses import dataclass, field, replace
 
@@ -12,7 +11,7 @@ import numpy as np
 
 import totalforce as tf
 from totalforce import _totalforce
-from totalforce_tools import cases, chart_peers, command
+from totalforce_tools import cases, chart_peers, command, scene
 from totalforce_tools.cases import NO_DIGIT, PRECISIONS, error_of, median, subject_of
 
 OPS = ("forward_dynamics", "operational_inertia")
@@ -115,11 +114,10 @@ class Solvers:
         # one for all: the idle threads of another would spin on the same processors
         self.thread_pool = tf.ThreadPool(threads) if threads > 1 else None
         if self.specialised:
-            path = os.path.join(options.kernels, tf.Specialised.file_name(case.model))
             try:
-                self.kernel = tf.Specialised(path, case.model)
+                self.kernel = scene.find_kernel(options.kernels, case.model)
             except tf.Error as error:
-                self.why = str(error).removeprefix(f"{path}: ")
+                self.why = error
         for precision in options.precision if self.kernel or not self.specialised else ():
             try:
                 self.of[precision] = self._make(precision, self.kernel)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: The totalforce authors
 """Options that say how a URDF becomes a model - policies and the scene - and loading it."""
+import os
 import sys
 
 import totalforce as tf
@@ -11,6 +12,11 @@ SNAP_MAX = 0.01  # rad
 POLICIES = {"base": "fixed|floating", "mimic": "free|project|lock",  # in the order of their numbers
             "inertia": "strict|warn|repair|strict-physical"}
 PAYLOAD = "LINK:MASS[,X,Y,Z[,IXX,IXY,IXZ,IYY,IYZ,IZZ]]"
+
+
+def find_kernel(folder, model):
+    """The specialised kernel of a robot in this folder. @raises tf.Error: it has none of use"""
+    return tf.Specialised(os.path.join(folder, tf.Specialised.file_name(model)), model)
 
 
 def choice(name, words, what, letter=None, default=None):

@@ -46,6 +46,7 @@ LINE = Command("sweep", (
                  default="default"),
     Option("refine", None, "0|1|2|3", "Refinement steps (default)", whole(0, tf.MAX_REFINE)),
     Option("tips", None, "LINK,...", "Links of operational_inertia, in this order"),
+    Option("kernels", None, "FOLDER", "The robot's kernel that `totalforce specialise` put there"),
     Group("States:"),
     Option("count", "n", "N", "How many (of a file: all)", whole(1, U64_MAX), 0),
     Option("seed", "s", "N", "Of the drawn states (1)", whole(0, U64_MAX), 1),

@@ -23,7 +23,8 @@ class Plan:
 
     def complete(self):
         o = self.o
-        self.work = make_work(o, self.model)
+        self.kernel = find_kernel(o, self.model)
+        self.work = make_work(o, self.model, self.kernel)
         self.states, self.count = open_states(o, self.work)
         self.blocks = -(-self.count // o.block)
         if self.blocks > BLOCKS_MAX:
@@ -35,7 +36,8 @@ class Plan:
         ranges = _totalforce._Sweep.checksum(b"".join(self.work.ranges))
         source = f"states={o.states}" if o.states else f"seed={o.seed} ranges={ranges:016x}"
         return (
-            f"version={tf.__version__} isa={tf.isa()} model={self.model.tag} op={o.op} "
+            f"version={tf.__version__} isa={tf.isa()} model={self.model.tag} "
+            f"kernel={self.kernel.info.digest.hex()[:16] if self.kernel else ''} op={o.op} "
             f"method={o.method} precision={o.precision} "
             f"residual={RESIDUALS.split('|').index(o.residual)} "
             f"estimate={ESTIMATES.split('|').index(o.estimate)} "
@@ -60,13 +62,20 @@ def check_build(ranks):
                      "TFA_ISA to one that all machines have")
 
 
-def make_work(o, model):
+def find_kernel(o, model):
+    try:
+        return scene.find_kernel(o.kernels, model) if o.kernels is not None else None
+    except tf.Error as error:
+        raise Failed(f"--kernels: {error}") from None
+
+
+def make_work(o, model, kernel):
     tips = tuple(o.tips.split(",")) if o.tips is not None else ()
     try:
         return _totalforce._Sweep(
             model, o.op, method=o.method, precision=o.precision, residual=o.residual,
             estimate=o.estimate, tips=tips, ranges=(o.velocity, o.torque, o.acceleration),
-            seed=o.seed, reference=o.reference, first=o.offset,
+            seed=o.seed, reference=o.reference, first=o.offset, specialised=kernel,
             **({} if o.refine is None else {"refine": o.refine}))
     except tf.Error as error:
         raise Failed(f"--{error}" if error.field == "tips" else f"{o.arguments[0]}: {error}"

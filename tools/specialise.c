@@ -106,6 +106,14 @@ static double milliseconds_now(void)
     return 1e3 * (double)t.tv_sec + 1e-6 * (double)t.tv_nsec;
 }
 
+/* A kind of request on each line */
+static void print_algorithms(const char *text)
+{
+    for (const char *end; (end = strstr(text, ", ")); text = end + 2)
+        printf("  %.*s\n", (int)(end - text), text);
+    printf("  %s\n", text);
+}
+
 /* As the daemon will; a kernel whose answers are wrong does not stay. */
 static int try_out(const char *path, const tfa_model *model)
 {
@@ -123,7 +131,7 @@ static int try_out(const char *path, const tfa_model *model)
         if (info.lanes_f32)
             printf("  single precision: within %.2g, %u states at a time\n", info.error_f32,
                    info.lanes_f32);
-        printf("  %s\n", info.algorithms);
+        print_algorithms(info.algorithms);
         tfa_specialised_free(kernel);
         return EXIT_GOOD;
     }

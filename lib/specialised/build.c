@@ -168,12 +168,12 @@ static int run_in_parallel(struct build *b, int runs)
 }
 
 /* Links a kernel with these choices from the objects that are there. */
-static int link_kernel(struct build *b, const uint8_t choice[CHOICES])
+static int link_kernel(struct build *b, const struct choices *choices)
 {
     struct text_buffer t = {0};
     char path[sizeof b->folder + 32];
     snprintf(path, sizeof path, "%s/robot_choice.h", b->folder);
-    specialised_choice_write(&t, b->model, choice);
+    specialised_choice_write(&t, b->model, choices);
     int status = t.failed ? TFA_E_MEMORY : TFA_OK;
     if (status == TFA_OK && ((unlink(path) != 0 && errno != ENOENT) ||
                              write_file(path, t.text, strlen(t.text), 0600) != 0))
@@ -185,29 +185,29 @@ static int link_kernel(struct build *b, const uint8_t choice[CHOICES])
 }
 
 /* Links a kernel for each algorithm and times them, unless one is asked for. */
-static int choose_algorithms(struct build *b, int algorithms, uint8_t choice[CHOICES])
+static int choose_algorithms(struct build *b, int algorithms, struct choices *choices)
 {
     char kernel[sizeof b->folder + 16], path[ALGORITHMS][sizeof b->folder + 16];
     const char *paths[ALGORITHMS];
-    uint8_t uniform[CHOICES];
+    struct choices uniform = {0};
     int status = TFA_OK;
     if (algorithms < ALGORITHMS)
         return TFA_OK;
     if (b->options.algorithm == TFA_SPECIALISE_CRBA) {
-        memset(choice, ALGORITHM_CRBA, CHOICES);
+        memset(choices->algorithm, ALGORITHM_CRBA, CHOICES);
         return TFA_OK;
     }
     snprintf(kernel, sizeof kernel, "%s/kernel.so", b->folder);
     for (int a = 0; status == TFA_OK && a < ALGORITHMS; a++) {
         snprintf(path[a], sizeof path[a], "%s/%d.so", b->folder, a);
         paths[a] = path[a];
-        memset(uniform, a, sizeof uniform);
-        status = link_kernel(b, uniform);
+        memset(uniform.algorithm, a, CHOICES);
+        status = link_kernel(b, &uniform);
         if (status == TFA_OK && rename(kernel, path[a]) != 0)
             status =
                 refuse(b->err, TFA_E_NOT_COMPUTED, "%s made no shared object", b->compiler.path);
     }
-    return status == TFA_OK ? specialised_choose(b->model, paths, choice) : status;
+    return status == TFA_OK ? specialised_choose(b->model, paths, choices) : status;
 }
 
 /* All commands but the last two make the objects of the algorithms. */
@@ -215,7 +215,7 @@ static int compile(struct build *b)
 {
     const int algorithms =
         b->options.algorithm == TFA_SPECIALISE_ABA ? 1 : specialised_algorithms(b->model);
-    uint8_t choice[CHOICES] = {ALGORITHM_ABA};
+    struct choices choices = {0}; /* ALGORITHM_ABA */
     int status = find_compiler(b->options.compiler, b->folder, &b->limits, &b->compiler, b->err);
     if (status == TFA_OK)
         status = build_commands_write(&b->commands, &b->compiler, b->sources, b->folder,
@@ -224,9 +224,9 @@ static int compile(struct build *b)
     if (status == TFA_OK)
         status = run_in_parallel(b, b->commands.runs - 2);
     if (status == TFA_OK)
-        status = choose_algorithms(b, algorithms, choice);
+        status = choose_algorithms(b, algorithms, &choices);
     if (status == TFA_OK)
-        status = link_kernel(b, choice);
+        status = link_kernel(b, &choices);
     b->result.compile_s = seconds_now() - start;
     snprintf(b->result.compiler, sizeof b->result.compiler, "%s", b->compiler.version);
     return status;

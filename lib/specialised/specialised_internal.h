@@ -132,17 +132,26 @@ enum {
     CHOICES
 };
 
+/* Of each kind of request the algorithm, and what was measured for it; ns 0: nothing */
+struct choices {
+    uint8_t algorithm[CHOICES];
+    struct {
+        double ns[ALGORITHMS]; /* a state, the least of all rounds */
+        double loss;           /* error by crba over that by aba, see choice.c */
+    } measured[CHOICES];
+};
+
 /* Algorithms that a robot has code for */
 int specialised_algorithms(const tfa_model *model);
 
 /* Appends robot_choice.h. */
 void specialised_choice_write(struct text_buffer *t, const tfa_model *model,
-                              const uint8_t choice[CHOICES]);
+                              const struct choices *choices);
 
 /* Times kernels that answer everything by one algorithm each, and compares them with quadruple
- * precision; `choice` has ALGORITHM_ABA before. */
+ * precision; all algorithms are ALGORITHM_ABA before. */
 int specialised_choose(const tfa_model *model, const char *const path[ALGORITHMS],
-                       uint8_t choice[CHOICES]);
+                       struct choices *choices);
 
 /* ---- sources.c: the folder with dynamics/specialised/specialised.c ---- */
 

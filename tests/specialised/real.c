@@ -432,6 +432,22 @@ TEST(answers_that_are_not_wanted)
     free(p);
 }
 
+/* A kernel says of each kind of request which algorithm answers and, where there were two, why. */
+TEST(algorithms_are_named)
+{
+    struct pair p;
+    open_pair(&p, ARM);
+    const char *text = tfa_specialised_describe(p.kernel).algorithms;
+    unsigned kinds = 1, reasons = 0;
+    for (const char *at = text; (at = strstr(at, ", ")); at++)
+        kinds++;
+    for (const char *at = text; (at = strstr(at, "times that of aba")); at++)
+        reasons++;
+    assert_int_equal(kinds, 9);
+    assert_int_equal(reasons, algorithm == TFA_SPECIALISE_FASTEST ? kinds : 0);
+    close_pair(&p);
+}
+
 int main(int argc, char **argv)
 {
     if (argc > 1 && strcmp(argv[1], "fastest") == 0)

@@ -33,7 +33,8 @@ typedef struct tfa_specialised_info {
     const char *path;       /**< its file */
     const char *isa;        /**< as tfa_isa_name */
     const char *compiler;   /**< with its version */
-    const char *algorithms; /**< of each kind of request, as chosen by time when it was built */
+    const char *algorithms; /**< of each kind of request; where they were timed in the build, with
+                                 times a state and errors of both: "forward crba (..), .." */
     uint32_t bodies;        /**< as tfa_model_summary */
     uint32_t lanes;        /**< states of one SIMD batch; 0: it computes one state at a time only */
     uint32_t lanes_f32;    /**< the same in single precision; 0: it computes none */

@@ -25,8 +25,8 @@
 #define LOSS_MAX 2
 #define ERROR_MIN(states) ((states) == BATCH_F32 ? 1e-7 : 2e-16)
 #define ROUNDS 40
-/* So many times as many at most, while times are nearer than this to where the choice changes: least
- * times approach those of an idle machine from above. */
+/* So many times as many at most, while times are nearer than this to where the choice changes:
+ * least times approach those of an idle machine from above. */
 #define CLOSE 0.05
 #define REPETITIONS 10
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: The totalforce authors
 """A real daemon: replies under way, batches, deadlines, its end and its return, the fallback."""
+import contextlib
 import json
 import os
 import threading
@@ -195,7 +196,10 @@ kept = client
 
             def connect(n):
                 for _ in range(n):
-                    tf.Client("arm", runtime_dir=folder, connect_timeout=WAIT).close()
+                    for _ in waiting():  # places of clients that left are free when that is served
+                        with contextlib.suppress(tf.RefusedError):
+                            tf.Client("arm", runtime_dir=folder, connect_timeout=WAIT).close()
+                            break
 
             connect(10)
             memory = support.resident_kib()

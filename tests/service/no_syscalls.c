@@ -11,7 +11,7 @@
  * to; there the calls are left by which a worker makes room for a thread of the pool. And the same
  * while a recorder takes every request.
  *
- *   test_no_syscalls [REQUESTS]    30000
+ *   test_no_syscalls [REQUESTS]    3000
  */
 #include "harness.h"
 #include "syscall_filter.h"
@@ -25,12 +25,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#define WARM_UP 5000        /* the filter comes after half of it */
+#define WARM_UP 1000        /* the filter comes after half of it */
 #define FILTER_AFTER "5000" /* looks at the clock by the worker: two for each request */
 #define BATCH 8
 #define RELOADS 6
 
-static unsigned requests = 30000;
+static unsigned requests = 3000;
 
 /* ---- the client, in a process of its own ---- */
 

@@ -45,12 +45,6 @@ static void set_residual_kernel(struct state *s, const struct tfa_residual_kerne
     s->residual_kernel = residual_kernel;
 }
 
-#if NUM_LANES == 1
-static void load(struct state *s, const tfa_request *request, uint32_t k)
-{
-    TFA_V(load)(s, request, k, 1);
-}
-
 static void sincos_of_doubles(const double *x, double *sine, double *cosine, size_t count)
 {
     sincos_f64_unpadded(x, sine, cosine, count);
@@ -59,6 +53,12 @@ static void sincos_of_doubles(const double *x, double *sine, double *cosine, siz
 static void sincos_of_floats(const float *x, float *sine, float *cosine, size_t count)
 {
     sincos_f32(x, sine, cosine, 0, count);
+}
+
+#if NUM_LANES == 1
+static void load(struct state *s, const tfa_request *request, uint32_t k)
+{
+    TFA_V(load)(s, request, k, 1);
 }
 
 static double zero_of_arrays(const tfa_request *r, const struct tfa_inputs *inputs)
@@ -87,9 +87,9 @@ const struct tfa_kernel TFA_V(kernel) = {
     .init = init,
     .answer = TFA_V(answer),
     .set_residual_kernel = set_residual_kernel,
-#if NUM_LANES == 1
     .sincos = sincos_of_doubles,
     .sincos_f32 = sincos_of_floats,
+#if NUM_LANES == 1
     .zero_of_inputs = zero_of_arrays,
     .factor_buffers = TFA_V(factor_buffers),
     .answer_tips = TFA_V(answer_tips),

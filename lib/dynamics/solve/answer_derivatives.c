@@ -219,34 +219,42 @@ static struct blocks clear_blocks(struct state *s, const tfa_reply *reply, uint3
     return b;
 }
 
-/* out = sign x, `count` numbers. What is not finite makes a rest not a number; there are several,
- * so that no sum waits for another. */
-TFA_INLINE void unload_numbers(const num *x, num sign, double *out, size_t count,
-                               double rest[PANEL_COLUMNS])
+/* Numbers of a vector as doubles */
+TFA_INLINE void store_doubles(double *out, num_vec x)
 {
-    for (size_t e = 0; e < count; e++) {
-        const double y = (double)(sign * x[e]);
-        rest[e] += y - y;
-        out[e] = y;
+    if (sizeof(num) == sizeof *out)
+        memcpy(out, &x, NUM_VEC_LANES * sizeof *out);
+    else
+        for (int l = 0; l < NUM_VEC_LANES; l++)
+            out[l] = (double)vec_lane(x, l);
+}
+
+/* out = sign x, n numbers. Returns rest + 0 if all are finite, else not a number somewhere. */
+TFA_INLINE num_vec unload_row(const num *x, num sign, double *out, size_t n, num_vec rest)
+{
+    size_t j = 0;
+    for (; j + NUM_VEC_LANES <= n; j += NUM_VEC_LANES) {
+        const num_vec y = sign * column_load(x + j, 0);
+        rest += y - y;
+        store_doubles(out + j, y);
     }
+    for (; j < n; j++) {
+        rest += x[j] - x[j];
+        out[j] = (double)(sign * x[j]);
+    }
+    return rest;
 }
 
 /* sign times a block. Returns 1 when all of it is finite. */
 static int unload_block(const struct blocks *b, int by, num sign)
 {
-    const size_t n = b->n;
-    double rest[PANEL_COLUMNS] = {0}, sum = 0;
-    for (size_t i = 0; b->out[by] && i < n; i++) {
-        const num *row = b->X[by] + b->columns * i;
-        double *out = b->out[by] + n * i;
-        size_t j = 0;
-        for (; j + PANEL_COLUMNS <= n; j += PANEL_COLUMNS)
-            unload_numbers(row + j, sign, out + j, PANEL_COLUMNS, rest);
-        unload_numbers(row + j, sign, out + j, n - j, rest);
-    }
-    for (int e = 0; e < PANEL_COLUMNS; e++)
-        sum += rest[e];
-    return sum == 0;
+    num_vec rest = {0};
+    num sum = num_of(0);
+    for (size_t i = 0; b->out[by] && i < b->n; i++)
+        rest = unload_row(b->X[by] + b->columns * i, sign, b->out[by] + b->n * i, b->n, rest);
+    for (int l = 0; l < NUM_VEC_LANES; l++)
+        sum += vec_lane(rest, l);
+    return sum == num_of(0);
 }
 
 static void forces_by_motion(struct state *s, const tfa_request *r, uint32_t k,

@@ -26,8 +26,8 @@
 #include <semaphore.h>
 #include <stdatomic.h>
 
-/* A sample that was taken, with the memory of its reply. Its sequences and this memory are reused by
- * the next one, and grow if that needs more. */
+/* A sample that was taken, with the memory of its reply. The next one reuses its sequences and this
+ * memory, which grow if it needs more. */
 typedef struct dds_taken {
     struct dds_taken *next; /* of a list of free ones */
     totalforce_dds_Request request;

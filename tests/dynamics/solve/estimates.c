@@ -233,7 +233,7 @@ static void ask_points(void)
     static hard_robot robot;
     char text[1000];
     for (size_t k = 0; k < sizeof points / sizeof *points; k++)
-        for (double I = 1e-4; I > 1e-15; I /= 10) {
+        for (double I = 1e-4; I > 1e-15; I *= 0.93) {
             snprintf(text, sizeof text, points[k], I, I, I, I, I, I);
             hard_robot_urdf(text, TFA_BASE_FLOATING, &robot);
             ask_robot(&robot, 1);

@@ -6,6 +6,25 @@
  */
 #include "dynamics/core/recursions.h"
 #include "layout/body.h"
+#include "spatial/rigid.h"
+
+/* Ic H_k for the joint of body b */
+static inline svec composite_column(const struct state *s, const struct tfa_body *b, uint32_t k,
+                                    const rigid *Ic)
+{
+    if (is_revolute(b->kind))
+        return rigid_column_rz(Ic);
+    if (is_prismatic(b->kind))
+        return rigid_column_tz(Ic);
+    return s6_rigid_mul(Ic->I, Ic->h, Ic->m, joint_nd_axis(&s->joint_nd[b->joint_nd], k));
+}
+
+static inline rigid composite_to_parent(const struct state *s, uint32_t i, const struct tfa_body *b)
+{
+    const screw e = body_screw(s, i, b);
+    return body_axial(b) ? screw_rigid_to_parent(&e, &s->composite[i])
+                         : rigid_to_parent(&s->X[i], &s->composite[i]);
+}
 
 /* Writes one row of M: walks the force f = Ic H from body i to the root. */
 static void fill_row(struct state *s, uint32_t i, uint32_t k, svec f)
@@ -20,7 +39,7 @@ static void fill_row(struct state *s, uint32_t i, uint32_t k, svec f)
         row[m->dof_depth[b->v] + e] = h[e];
     row[m->dof_depth[j]] += joint_armature(s, b, k);
     for (int32_t up = b->parent; up >= 0; up = s->body[up].parent) {
-        f = xform_t_force(&s->X[i], f);
+        f = force_to_parent(s, i, &s->body[i], f);
         i = (uint32_t)up;
         const struct tfa_body *a = &s->body[up];
         joint_force(s, a, f, row + m->dof_depth[a->v]);
@@ -34,19 +53,15 @@ void TFA_V(crba)(struct state *s)
         return;
     s->have = (s->have | HAVE_M) & ~(uint32_t)HAVE_LTDL;
     for (uint32_t i = 0; i < m->bodies; i++)
-        s->Ic[i] = rigid_inertia(&s->body[i]);
+        s->composite[i] = (rigid){body_mass(&s->body[i]), body_h(&s->body[i]), body_I(&s->body[i])};
     for (uint32_t i = m->bodies; i-- > 0;) {
         const struct tfa_body *b = &s->body[i];
         if (b->parent >= 0) {
-            sym6 up = s6_to_parent(&s->X[i], &s->Ic[i]);
-            s6_add(&s->Ic[b->parent], &up);
+            const rigid up = composite_to_parent(s, i, b);
+            s->composite[b->parent] = rigid_add(&s->composite[b->parent], &up);
         }
-        for (uint32_t k = 0; k < b->n; k++) {
-            svec H = b->n == 1 ? sv_zero() : joint_nd_axis(&s->joint_nd[b->joint_nd], k);
-            if (b->n == 1)
-                sv_put(&H, body_axis(b), num_of(1));
-            fill_row(s, i, k, s6_mul(&s->Ic[i], H));
-        }
+        for (uint32_t k = 0; k < b->n; k++)
+            fill_row(s, i, k, composite_column(s, b, k, &s->composite[i]));
     }
 }
 

@@ -45,10 +45,10 @@ void TFA_V(lock_plan)(struct state *s, int may_skip_unused)
     }
     for (uint32_t i = s->m->bodies; i-- > 0;) {
         const struct tfa_body *b = &s->body[i];
-        const int rigid = s->constraint[i] & CONSTRAINT_RIGID;
-        if (b->parent >= 0 && !(rigid && is_locked(s, b)))
+        const int is_rigid = s->constraint[i] & CONSTRAINT_RIGID;
+        if (b->parent >= 0 && !(is_rigid && is_locked(s, b)))
             s->constraint[b->parent] &= (uint8_t)~CONSTRAINT_RIGID;
-        if (may_skip_unused && rigid && s->constraint[i] & CONSTRAINT_GROUNDED)
+        if (may_skip_unused && is_rigid && s->constraint[i] & CONSTRAINT_GROUNDED)
             s->constraint[i] |= CONSTRAINT_SKIPPED;
     }
 }
@@ -130,10 +130,10 @@ static inline void zero_joint(struct state *s, uint32_t i, const struct tfa_body
 /* A locked joint: IA_parent += X^T IA X,  pA_parent += X^T (pA + IA c) */
 static inline void backward_locked(struct state *s, uint32_t i, const struct tfa_body *b, int flags)
 {
-    const int rigid = s->constraint[i] & CONSTRAINT_RIGID;
+    const int is_rigid = s->constraint[i] & CONSTRAINT_RIGID;
     if (flags & ABA_FORCE) {
         svec pa = s->pA[i];
-        if (flags & ABA_BIAS && rigid)
+        if (flags & ABA_BIAS && is_rigid)
             pa = sv_add(pa, composite_mul(&s->rigid[i], s->c[i]));
         else if (flags & ABA_BIAS)
             pa = sv_add(pa, s6_mul(&s->IA[i], s->c[i]));
@@ -142,7 +142,7 @@ static inline void backward_locked(struct state *s, uint32_t i, const struct tfa
     if (!(flags & ABA_INERTIA))
         return;
     zero_joint(s, i, b);
-    if (rigid) {
+    if (is_rigid) {
         add_composite_to_parent(s, i, b);
     } else {
         const sym6 up = s6_to_parent(&s->X[i], &s->IA[i]);

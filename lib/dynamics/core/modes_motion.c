@@ -91,13 +91,13 @@ static void pose_riders(struct state *s, int32_t number, sym6 *change)
     const struct tfa_handle *h = &s->m->handle[number];
     struct modal_handle *to = &s->handle[number];
     const double *I = h->I;
-    const sym6 rigid = s6_rigid(
+    const sym6 own = s6_rigid(
         (sym3){num_of(I[0]), num_of(I[1]), num_of(I[2]), num_of(I[3]), num_of(I[4]), num_of(I[5])},
         v3_load(h->h), num_of(h->mass));
     const xform X = {to->E, moved_point(s, number, v3_zero())};
-    to->I = s6_to_parent(&X, &rigid);
+    to->I = s6_to_parent(&X, &own);
     s6_add(change, &to->I);
-    s6_sub(change, &rigid);
+    s6_sub(change, &own);
 }
 
 /* The centre of mass of the link moves by lambda / m, lambda = sum eta_k l_k. */

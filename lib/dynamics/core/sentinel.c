@@ -19,7 +19,7 @@ static struct sentinel_size articulated(const struct state *s, uint32_t i)
 /* For M, where nothing has been taken away */
 static struct sentinel_size composite(const struct state *s, uint32_t i)
 {
-    return (struct sentinel_size){s3_trace(s->Ic[i].A), s3_trace(s->Ic[i].M)};
+    return (struct sentinel_size){s3_trace(s->composite[i].I), 3 * s->composite[i].m};
 }
 
 /* For derivatives, which are made about one point */

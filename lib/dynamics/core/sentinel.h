@@ -115,7 +115,7 @@ TFA_INLINE void sentinel_see_block(struct state *s, uint32_t k, const num *L, nu
     sentinel_see_inverse(s, D[14], G);
 }
 
-/* Margins of the factors of M, after crba and before s->Ic is used otherwise, and of those that the
+/* Margins of the factors of M, after crba, and of those that the
  * articulated-body recursion left in s->IA and s->Dinv */
 num TFA_V(sentinel_margin_mass)(struct state *s);
 num TFA_V(sentinel_margin_articulated)(const struct state *s);

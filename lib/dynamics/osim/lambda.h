@@ -26,8 +26,7 @@ void TFA_V(lambda_crba)(struct state *s, tfa_reference_frame frame);
  * these tips */
 int TFA_V(lambda_one_sided)(struct state *s, tfa_reference_frame frame);
 
-/* Extended force propagation. Needs the articulated-body factors; writes over
- * s->Ic, so that M is to be computed again. */
+/* Extended force propagation. Needs the articulated-body factors. */
 void TFA_V(lambda_efpa)(struct state *s, tfa_reference_frame frame);
 
 /* The same with the stretches of bodies that several tips share passed in one step (PV-OSIMr). */

@@ -76,10 +76,9 @@ static sym6 omega_n(const struct state *s, const struct tfa_body *b, const sym6 
     return s6_from_dense(o);
 }
 
-/* Omega of every body that supports a tip, kept where crba has its composite inertias */
+/* Omega of every body that supports a tip */
 static void omega_outward(struct state *s)
 {
-    s->have &= ~(uint32_t)HAVE_M;
     for (uint32_t k = 0; k < s->spans; k++)
         for (uint32_t i = s->span[k].first; i < s->span[k].end; i++) {
             const struct tfa_body *b = &s->body[i];

@@ -52,16 +52,26 @@ static double norm_of(struct state *s, const num *x)
     return norm(s->in_body_order, m->freedoms).lane[0];
 }
 
-/* As refine.c: |M^-1 (tau - RNEA(qdd))| / |qdd|, the residual perturbed */
-static int estimate(struct state *s, double limit, tfa_answer *answer)
+/* |M^-1 (tau - RNEA(qdd))|, the residual perturbed or not */
+static double correction(struct state *s, int perturbed)
 {
-    TFA_V(rnea_perturbed)(s, s->qdd, s->res, 1);
+    if (perturbed)
+        TFA_V(rnea_perturbed)(s, s->qdd, s->res, 1);
+    else
+        TFA_V(rnea)(s, s->qdd, s->res, 1);
     for (uint32_t j = 0; j < s->freedoms; j++) {
-        const num rest = s->tau[j] - s->res[j], e = NUM_EPSILON * num_abs(s->tau[j]);
+        const num rest = s->tau[j] - s->res[j], e = perturbed * NUM_EPSILON * num_abs(s->tau[j]);
         s->res[j] = rest + num_select(rest < 0, -e, e);
     }
     TFA_V(aba_solve)(s, s->res, s->dx);
-    const double size = norm_of(s, s->qdd), change = norm_of(s, s->dx);
+    return norm_of(s, s->dx);
+}
+
+/* As refine.c: the larger correction over |qdd| */
+static int estimate(struct state *s, double limit, tfa_answer *answer)
+{
+    const double size = norm_of(s, s->qdd), perturbed = correction(s, 1), plain = correction(s, 0);
+    const double change = plain > perturbed ? plain : perturbed;
     const double estimate = ESTIMATE_SAFETY * (size > 0 ? change / size : change);
     const double world = s->boosted ? norm_of(s, TFA_V(world_accelerations)(s)) : size;
     answer->error_estimate = estimate_in_world(estimate, size, world);

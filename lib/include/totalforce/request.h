@@ -24,10 +24,11 @@ extern "C" {
 #define TFA_PAYLOAD_NUMBERS 10 /**< mass, centre of mass (3), inertia (6) as in tfa_payload */
 
 /**
- * Policy for error estimates. The estimate of an answer x is |dx| / |x| with one more correction
- * dx = solve(tau - RNEA(x)), not applied. The sentinel of aba bounds the rounding error by
- * eps max G_i / D_i, with D_i the projected articulated inertia of joint i and G_i the size of the
- * numbers whose difference it is (docs/methods.md); cost: about six operations for each body.
+ * Policy for error estimates. The estimate of an answer x is |dx| / |x| with the larger of two more
+ * corrections dx = solve(tau - RNEA(x)), not applied: of a plain residual, and of one perturbed by
+ * a few roundings. The sentinel of aba bounds the rounding error by eps max G_i / D_i, with D_i the
+ * projected articulated inertia of joint i and G_i the size of the numbers whose difference it is
+ * (docs/methods.md); cost: about six operations for each body.
  */
 typedef enum tfa_estimate {
     TFA_ESTIMATE_DEFAULT = 0, /**< methods with TFA_REFUSES_NO_INVERSE: every answer; but qdd by

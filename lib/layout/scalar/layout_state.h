@@ -9,6 +9,7 @@
 #include <totalforce/dynamics.h>
 
 #include "model/model.h"
+#include "spatial/rigid.h"
 #include "spatial/vec6.h"
 
 /* Constants that are not rounded: in quadruple precision only */
@@ -74,8 +75,9 @@ struct modal_handle {
 /* Of bodies that do not share lanes */
 #define TFA_LAYOUT_ARRAYS(ARRAY)                                                                   \
     ARRAY(double, residual_exchange, nv, "", "joint", "refine: exchange with the residual kernel") \
-    ARRAY(sym6, Ic, nb, "kg m2, kg m, kg", "i",                                                    \
-          "crba: composite inertia; efpa: inverse inertias Omega")                                 \
+    ARRAY(rigid, composite, STATE_MASS ? nb : 0, "kg, kg m, kg m2", "i",                           \
+          "crba: composite inertia")                                                               \
+    ARRAY(sym6, Ic, nb, "1/(kg m2), 1/kg", "i", "efpa: inverse inertias Omega")                    \
     ARRAY(struct composite, rigid, nb, "kg, kg m, kg m2", "i", "lock: composite without freedom")  \
     ARRAY(struct tfa_body, payload_body, nb, "", "i",                                              \
           "payload: constants of bodies that carry one")                                           \

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Bodies of one state in SIMD lanes: a schedule holds every body once,
- * behind its parent, in as few steps as can be; and the answers are those of one body after the
- * other, to the bit, whatever was asked before.
+ * Bodies of one state in SIMD lanes: a schedule holds every body once, behind its parent, in as few
+ * steps as can be; and the answers and estimates are those of one body after the other, to the bit,
+ * whatever was asked before.
  */
 #include "engine/strategy.h"
 #include "layout/schedule_body_lanes.h"
@@ -110,7 +110,7 @@ static tfa_request request_of(const test_robot *robot, random_states *x)
     tfa_request r = fixture_request(robot, x);
     r.count = 1;
     r.wrench_count = 0;
-    r.estimate = TFA_ESTIMATE_NEVER;
+    r.estimate = TFA_ESTIMATE_ALWAYS;
     return r;
 }
 
@@ -144,14 +144,17 @@ static void compare(const test_robot *robot, const struct tfa_body_lanes_kernel 
     one->body_lanes = NULL;
     one->strategies = tfa_strategies_of(one, one->strategy);
     for (uint32_t k = 0; k < STATES; k++) {
+        tfa_answer lanes_told = {0}, told = {0};
         tfa_reply in_lanes = {.qdd = a.qdd, .base_acceleration = a.base},
-                  single = {.qdd = b.qdd, .base_acceleration = b.base};
+                  single = {.qdd = b.qdd, .base_acceleration = b.base, .answers = &told};
         at_state(robot, x, k, &r);
         compute_ok(robot, one, &r, &single);
         assert_int_equal(body_lanes->answer(s, &r, 0, &in_lanes), 1);
         assert_memory_equal(a.qdd, b.qdd, robot->nv * sizeof(double));
         if (robot->base == TFA_BASE_FLOATING)
             assert_memory_equal(a.base, b.base, sizeof a.base);
+        assert_true(body_lanes->estimate(s, INFINITY, &lanes_told));
+        assert_memory_equal(&lanes_told.error_estimate, &told.error_estimate, sizeof(double));
     }
     tfa_workspace_free(one);
     free(b.qdd);

@@ -18,7 +18,6 @@
 #include "dynamics/solve/refine.h"
 #include "interface/inputs.h"
 #include "interface/kernel_table.h"
-#include "number/sincos.h"
 
 static size_t size(const tfa_model *model, struct tfa_reserved reserved)
 {
@@ -43,16 +42,6 @@ static int solves(tfa_method method)
 static void set_residual_kernel(struct state *s, const struct tfa_residual_kernel *residual_kernel)
 {
     s->residual_kernel = residual_kernel;
-}
-
-static void sincos_of_doubles(const double *x, double *sine, double *cosine, size_t count)
-{
-    sincos_f64_unpadded(x, sine, cosine, count);
-}
-
-static void sincos_of_floats(const float *x, float *sine, float *cosine, size_t count)
-{
-    sincos_f32(x, sine, cosine, 0, count);
 }
 
 #if NUM_LANES == 1
@@ -87,8 +76,6 @@ const struct tfa_kernel TFA_V(kernel) = {
     .init = init,
     .answer = TFA_V(answer),
     .set_residual_kernel = set_residual_kernel,
-    .sincos = sincos_of_doubles,
-    .sincos_f32 = sincos_of_floats,
 #if NUM_LANES == 1
     .zero_of_inputs = zero_of_arrays,
     .factor_buffers = TFA_V(factor_buffers),

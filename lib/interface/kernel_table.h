@@ -43,7 +43,7 @@ enum { TFA_NOT_ANSWERED = 0, TFA_ANSWERED = 1, TFA_ANSWERED_SENTINEL = 2 };
 #define TFA_BATCH_LANES_MAX 16
 
 /* One compiled variant of the kernels: of one state at a time, or of a batch of states in lanes.
- * The members behind `sincos_f32` are of one state at a time only, NULL elsewhere. */
+ * The members behind `set_residual_kernel` are of one state at a time only, NULL elsewhere. */
 struct tfa_kernel {
     const char *isa;
     tfa_precision precision;
@@ -62,10 +62,6 @@ struct tfa_kernel {
     /* From now on refinement of single states in s has its residual from this kernel, which
      * outlives s. */
     void (*set_residual_kernel)(struct state *s, const struct tfa_residual_kernel *residual_kernel);
-    /* Sines and cosines of `count` numbers, written by the vector (number/sincos.h): what the
-     * kernels of one robot's own call. */
-    void (*sincos)(const double *x, double *sine, double *cosine, size_t count);
-    void (*sincos_f32)(const float *x, float *sine, float *cosine, size_t count);
 
     /* inputs.h, by this instruction set */
     double (*zero_of_inputs)(const tfa_request *request, const struct tfa_inputs *inputs);

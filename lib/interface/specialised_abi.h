@@ -13,7 +13,7 @@
 
 /* Grows whenever the meaning of anything here changes, or of struct tfa_body in the generated
  * tables. */
-#define TFA_SPECIALISED_ABI 12u
+#define TFA_SPECIALISED_ABI 13u
 
 /* The symbol */
 #define TFA_SPECIALISED_SYMBOL "tfa_specialised_kernel"
@@ -24,9 +24,6 @@ struct tfa_frame;
 /* Functions of the library that a kernel calls */
 struct tfa_host_api {
     const tfa_model *model;
-    /* Sines and cosines of x[0] .. x[count - 1]. Whole vectors of 64 bytes are written. */
-    void (*sincos)(const double *x, double *sine, double *cosine, size_t count);
-    void (*sincos_f32)(const float *x, float *sine, float *cosine, size_t count);
     /* As tfa_body_add_payload_inertia */
     void (*add_payload)(struct tfa_body *body, const struct tfa_frame *frame,
                         const double numbers[10]);

@@ -1,131 +1,93 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Sines and cosines of many numbers by SLEEF, as many at a time as the instruction set has lanes.
- * Its error is below 1 unit in the last place for every angle (glibc: 0.55). Without SLEEF one by
- * one.
+ * Sines and cosines of many numbers, as many at a time as the instruction set has lanes: at most
+ * 1.1 units in the last place (tests/number/sincos.c), the same bits in every lane, and with
+ * TFA_EXACT by every instruction set. Up to a limit, 2^15 and 64, by reduction to x - n pi/2 and
+ * polynomials (sincos_vector.h); libm beyond. 7 angles by avx2: about 120 instructions. Products
+ * are fused here on their own, whatever -ffp-contract says: kernels of single robots are compiled
+ * without.
  */
 #ifndef TFA_NUMBER_SINCOS_H
 #define TFA_NUMBER_SINCOS_H
 
 #include <math.h>
 #include <stddef.h>
-
-#ifdef TFA_SLEEF
-#include <sleef.h>
 #include <stdint.h>
 #include <string.h>
 
-/* 7 angles: 150 ns by glibc one by one, 36 by two calls of avx2, 20 by one of avx512. Measured
- * 2026-11-22 on an Intel Xeon (AVX-512) VM, random angles up to 3 rad. With TFA_EXACT, where all
- * instruction sets agree to the bit, those without fused multiplication and addition. */
+/* By instruction set: bytes of a vector, the signs of its lanes as an integer that is 0 where none
+ * is set, and a b + c with one rounding where there is one. */
 #if defined(__AVX512F__)
-typedef Sleef___m512d_2 sincos_doubles;
-typedef Sleef___m512_2 sincos_floats;
-#ifdef TFA_EXACT
-#define SINCOS_DOUBLES Sleef_cinz_sincosd8_u10avx512fnofma
-#define SINCOS_FLOATS Sleef_cinz_sincosf16_u10avx512fnofma
-#else
-#define SINCOS_DOUBLES Sleef_finz_sincosd8_u10avx512f
-#define SINCOS_FLOATS Sleef_finz_sincosf16_u10avx512f
-#endif
+#include <immintrin.h>
+#define SINCOS_BYTES 64
+#define sincos_signs_f64(x) _mm512_movepi64_mask((__m512i)(x))
+#define sincos_signs_f32(x) _mm512_movepi32_mask((__m512i)(x))
+#define sincos_fused_f64 _mm512_fmadd_pd
+#define sincos_fused_f32 _mm512_fmadd_ps
+#define SINCOS_FUSES
+#define SINCOS_REGISTER "+v"
 #elif defined(__AVX2__)
-typedef Sleef___m256d_2 sincos_doubles;
-typedef Sleef___m256_2 sincos_floats;
-#ifdef TFA_EXACT
-#define SINCOS_DOUBLES Sleef_cinz_sincosd4_u10avx
-#define SINCOS_FLOATS Sleef_cinz_sincosf8_u10avx
+#include <immintrin.h>
+#define SINCOS_BYTES 32
+#define sincos_signs_f64(x) _mm256_movemask_pd((__m256d)(x))
+#define sincos_signs_f32(x) _mm256_movemask_ps((__m256)(x))
+#define sincos_fused_f64 _mm256_fmadd_pd
+#define sincos_fused_f32 _mm256_fmadd_ps
+#define SINCOS_FUSES
+#define SINCOS_REGISTER "+x"
+#elif defined(__x86_64__)
+#include <immintrin.h>
+#define SINCOS_BYTES 16
+#define sincos_signs_f64(x) _mm_movemask_pd((__m128d)(x))
+#define sincos_signs_f32(x) _mm_movemask_ps((__m128)(x))
+#define SINCOS_REGISTER "+x"
 #else
-#define SINCOS_DOUBLES Sleef_finz_sincosd4_u10avx2
-#define SINCOS_FLOATS Sleef_finz_sincosf8_u10avx2
-#endif
-#elif defined(__ARM_NEON)
-typedef Sleef_float64x2_t_2 sincos_doubles;
-typedef Sleef_float32x4_t_2 sincos_floats;
-#ifdef TFA_EXACT
-#define SINCOS_DOUBLES Sleef_cinz_sincosd2_u10advsimdnofma
-#define SINCOS_FLOATS Sleef_cinz_sincosf4_u10advsimdnofma
-#else
-#define SINCOS_DOUBLES Sleef_finz_sincosd2_u10advsimd
-#define SINCOS_FLOATS Sleef_finz_sincosf4_u10advsimd
-#endif
-#else
-typedef Sleef___m128d_2 sincos_doubles;
-typedef Sleef___m128_2 sincos_floats;
-#define SINCOS_DOUBLES Sleef_cinz_sincosd2_u10sse2
-#define SINCOS_FLOATS Sleef_cinz_sincosf4_u10sse2
-#endif
-
-/* Of x[first] .. x[end - 1]; whole vectors are read and written, from the one that holds
- * `first`. */
-#define SINCOS_MANY(name, real, pairs, pairs_of)                                                   \
-    static inline void name(const real *x, real *s, real *c, size_t first, size_t end)             \
-    {                                                                                              \
-        pairs p;                                                                                   \
-        const size_t lanes = sizeof p.x / sizeof *x;                                               \
-        for (size_t k = first / lanes * lanes; k < end; k += lanes) {                              \
-            memcpy(&p.x, x + k, sizeof p.x);                                                       \
-            p = pairs_of(p.x);                                                                     \
-            memcpy(s + k, &p.x, sizeof p.x);                                                       \
-            memcpy(c + k, &p.y, sizeof p.y);                                                       \
-        }                                                                                          \
-    }
-SINCOS_MANY(sincos_f64, double, sincos_doubles, SINCOS_DOUBLES)
-SINCOS_MANY(sincos_f32, float, sincos_floats, SINCOS_FLOATS)
-#undef SINCOS_MANY
-
-/* The `count` numbers from x on and zeros behind them, at most a vector of them: no others are
- * read, nor do they have to come from memory as they were written, one by one. */
-#if defined(__AVX512F__)
-static inline __m512d sincos_load_masked(const double *x, size_t count)
-{
-    return _mm512_maskz_loadu_pd((__mmask8)(0xffu >> (count < 8 ? 8 - count : 0)), x);
-}
-#elif defined(__AVX2__)
-static inline __m256d sincos_load_masked(const double *x, size_t count)
-{
-    static const int64_t mask[8] = {-1, -1, -1, -1, 0, 0, 0, 0};
-    const size_t skipped = count < 4 ? 4 - count : 0;
-    return _mm256_maskload_pd(x, _mm256_loadu_si256((const __m256i *)(mask + skipped)));
-}
-#elif defined(__ARM_NEON)
-static inline float64x2_t sincos_load_masked(const double *x, size_t count)
-{
-    return count < 2 ? vcombine_f64(vld1_f64(x), vdup_n_f64(0)) : vld1q_f64(x);
-}
-#else
-static inline __m128d sincos_load_masked(const double *x, size_t count)
-{
-    return count < 2 ? _mm_load_sd(x) : _mm_loadu_pd(x);
-}
+#include <arm_neon.h>
+#define SINCOS_BYTES 16
+#define sincos_signs_f64(x) (vmaxvq_u32((uint32x4_t)(x)) >> 31)
+#define sincos_signs_f32(x) (vmaxvq_u32((uint32x4_t)(x)) >> 31)
+#define sincos_fused_f64(a, b, c) vfmaq_f64(c, a, b)
+#define sincos_fused_f32(a, b, c) vfmaq_f32(c, a, b)
+#define SINCOS_FUSES
+#define SINCOS_REGISTER "+w"
 #endif
 
-/* Of x[0] .. x[count - 1], which need not end on a whole vector; whole ones are written. */
-static inline void sincos_f64_unpadded(const double *x, double *s, double *c, size_t count)
-{
-    sincos_doubles p;
-    const size_t lanes = sizeof p.x / sizeof *x;
-    for (size_t k = 0; k < count; k += lanes) {
-        p = SINCOS_DOUBLES(sincos_load_masked(x + k, count - k));
-        memcpy(s + k, &p.x, sizeof p.x);
-        memcpy(c + k, &p.y, sizeof p.y);
-    }
-}
-#else
-#define SINCOS_MANY(name, real, pair_of)                                                           \
-    static inline void name(const real *x, real *s, real *c, size_t first, size_t end)             \
-    {                                                                                              \
-        for (size_t k = first; k < end; k++)                                                       \
-            pair_of(x[k], &s[k], &c[k]);                                                           \
-    }
-SINCOS_MANY(sincos_f64, double, sincos)
-SINCOS_MANY(sincos_f32, float, sincosf)
-#undef SINCOS_MANY
+/* pi/2 in three parts; of the first two, products with n up to the limit are exact. SINE, COSINE:
+ * (r - sin r) / r^3 and (cos r - 1 + r^2 / 2) / r^4 in r^2, highest power first. */
+#define SINCOS(name) name##_f64
+#define SINCOS_REAL double
+#define SINCOS_BITS int64_t
+#define SINCOS_SIGN INT64_MIN
+#define SINCOS_LIBM sincos
+#define SINCOS_LIMIT 0x1p15
+#define SINCOS_ROUND 0x1.8p52
+#define SINCOS_PIO2(part) part(0x1.921fb5444p+0, 0x1.68c234c4cp-39, 0x1.98a2e03707345p-77)
+#define SINCOS_SINE(each)                                                                          \
+    each(-1.58962301576546568060e-10), each(2.50507477628578072866e-8),                            \
+        each(-2.75573136213857245213e-6), each(1.98412698295895385996e-4),                         \
+        each(-8.33333333332211858878e-3), each(1.66666666666666307295e-1)
+#define SINCOS_COSINE(each)                                                                        \
+    each(-1.13585365213876817300e-11), each(2.08757008419747316778e-9),                            \
+        each(-2.75573141792967388112e-7), each(2.48015872888517045348e-5),                         \
+        each(-1.38888888888730564116e-3), each(4.16666666666665929218e-2)
+#include "number/sincos_vector.h"
 
-static inline void sincos_f64_unpadded(const double *x, double *s, double *c, size_t count)
-{
-    sincos_f64(x, s, c, 0, count);
-}
-#endif
+#define SINCOS(name) name##_f32
+#define SINCOS_REAL float
+#define SINCOS_BITS int32_t
+#define SINCOS_SIGN INT32_MIN
+#define SINCOS_LIBM sincosf
+#define SINCOS_LIMIT 0x1p6f
+#define SINCOS_ROUND 0x1.8p23f
+#define SINCOS_PIO2(part) part(0x1.921f8p+0f, 0x1.aa22p-19f, 0x1.68c234p-39f)
+#define SINCOS_SINE(each) each(1.9515295891e-4f), each(-8.3321608736e-3f), each(1.6666654611e-1f)
+#define SINCOS_COSINE(each)                                                                        \
+    each(2.443315711809948e-5f), each(-1.388731625493765e-3f), each(4.166664568298827e-2f)
+#include "number/sincos_vector.h"
+
+#undef SINCOS_FUSES
+#undef SINCOS_BYTES
+#undef SINCOS_REGISTER
 
 #endif

@@ -47,6 +47,9 @@ static const char *const common[] = {"-std=gnu11",
                                      "-fno-tree-slp-vectorize",
                                      "-DTFA_OUTLINE=TFA_INLINE",
                                      "-DTFA_PRECISION=TFA_F64",
+#ifdef TFA_EXACT
+                                     "-DTFA_EXACT", /* of sines: number/sincos.h */
+#endif
                                      NULL};
 
 struct writer {

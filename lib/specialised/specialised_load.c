@@ -97,9 +97,7 @@ int tfa_specialised_load(const char *path, const tfa_model *model, tfa_specialis
 
 struct tfa_host_api specialised_host_api(const tfa_model *model)
 {
-    const struct tfa_kernel *kernel = tfa_backend_select()->batch_f64;
-    return (struct tfa_host_api){model, kernel->sincos, kernel->sincos_f32,
-                                 tfa_body_add_payload_inertia, tfa_payload_size};
+    return (struct tfa_host_api){model, tfa_body_add_payload_inertia, tfa_payload_size};
 }
 
 void tfa_specialised_name(const tfa_model *model, char name[TFA_SPECIALISED_NAME_SIZE])

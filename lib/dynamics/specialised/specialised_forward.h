@@ -32,21 +32,17 @@ TFA_INLINE struct lane_states lanes_of_states(uint32_t k, uint32_t count)
 }
 
 /* Sines and cosines of coordinates first .. end - 1 */
-TFA_INLINE void joint_sincos(struct robot_inputs *in, const struct tfa_host_api *host, size_t first,
-                             size_t end)
+TFA_INLINE void joint_sincos(struct robot_inputs *in, size_t first, size_t end)
 {
-    _Generic((lane_real)0, double
-             : host->sincos, float
-             : host->sincos_f32)((const lane_real *)(in->angle + first),
-                                 (lane_real *)(in->sine + first), (lane_real *)(in->cosine + first),
-                                 (end - first) * NUM_LANES);
+    lane_sincos_unpadded((const lane_real *)(in->angle + first), (lane_real *)(in->sine + first),
+                         (lane_real *)(in->cosine + first), (end - first) * NUM_LANES);
 }
 
-TFA_INLINE void load_positions(struct robot_inputs *in, const struct tfa_host_api *host,
-                               const tfa_request *r, const struct lane_states *at)
+TFA_INLINE void load_positions(struct robot_inputs *in, const tfa_request *r,
+                               const struct lane_states *at)
 {
     gather_positions(in, at, r, 0, ROBOT_COORDINATES);
-    joint_sincos(in, host, 0, ROBOT_UNIT_COORDINATES);
+    joint_sincos(in, 0, ROBOT_UNIT_COORDINATES);
 }
 
 /* x = J^T w of the request's wrenches: specialised_wrenches.h, or specialised_body_lanes.c */
@@ -90,7 +86,7 @@ TFA_INLINE void shift_accelerations(num *qdd, const struct robot_inputs *in, dou
 TFA_INLINE void load_forward_inputs(struct robot_inputs *in, const struct tfa_host_api *host,
                                     const tfa_request *r, const struct lane_states *at)
 {
-    load_positions(in, host, r, at);
+    load_positions(in, r, at);
     gather_freedoms(in->qd, at, r->base_twist, r->v);
     gather_freedoms(in->x, at, r->base_wrench, r->tau);
     add_damping(in->x, in->qd, -1);

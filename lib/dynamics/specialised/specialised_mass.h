@@ -96,7 +96,7 @@ static __attribute__((flatten, noinline)) uint32_t mass_matrix(const struct tfa_
     if (!ROBOT_HAS_MASS || !m.M)
         return TFA_SPECIALISED_NO_CODE;
     __asm__("" : ROBOT_REGISTER(m.zero)); /* known to no compiler */
-    load_positions(&in, host, r, &m.at);
+    load_positions(&in, r, &m.at);
     init_state(&s, &in, host, r);
     if (!ROBOT_IS_CHAIN)
         memset(m.M + entries * k, 0, entries * count * sizeof *m.M);

@@ -35,7 +35,7 @@ void tfa_robot_wrenches(const struct tfa_host_api *host, const tfa_request *r, u
 {
     const struct lane_states at = lanes_of_states(k, 1);
     struct robot_inputs in;
-    load_positions(&in, host, r, &at);
+    load_positions(&in, r, &at);
     wrench_forces(x, &in, host, r, &at);
 }
 #endif
@@ -52,7 +52,7 @@ static __attribute__((flatten, noinline)) uint32_t inverse_dynamics(const struct
     num tau[ROBOT_FREEDOMS];
     if (r->wrench_count && !ROBOT_HAS_INVERSE_WRENCHES)
         return TFA_SPECIALISED_NO_CODE;
-    load_positions(&in, host, r, &at);
+    load_positions(&in, r, &at);
     gather_freedoms(in.qd, &at, r->base_twist, r->v);
     gather_freedoms(in.x, &at, r->base_acceleration, r->qdd);
     leave_boost(&in);

@@ -16,15 +16,15 @@
 #define ROBOT_COUNT_TREE(i)                                                                        \
     end += robot_body[i].tree == robot_body[tip].tree && !robot_body[i].base;
 
-TFA_INLINE void load_tree_positions(struct robot_inputs *in, const struct tfa_host_api *host,
-                                    const tfa_request *r, const struct lane_states *at, int32_t tip)
+TFA_INLINE void load_tree_positions(struct robot_inputs *in, const tfa_request *r,
+                                    const struct lane_states *at, int32_t tip)
 {
     const struct tfa_body *root = &robot_body[robot_body[tip].tree];
     size_t end = root->base ? 0 : root->q;
     const size_t first = end;
     ROBOT_OUTWARD(ROBOT_COUNT_TREE)
     gather_positions(in, at, r, first, end);
-    joint_sincos(in, host, first, end);
+    joint_sincos(in, first, end);
 }
 
 /* ---- the six unit wrenches ---- */
@@ -137,7 +137,7 @@ TFA_INLINE uint32_t lambda_of_group(const struct tfa_host_api *host, const tfa_r
     struct state s;
     struct robot_factors factors;
     struct mat6_simd C;
-    load_tree_positions(&in, host, r, &at, group);
+    load_tree_positions(&in, r, &at, group);
     init_state(&s, &in, host, r);
     pose_tree(&s, group);
     factor_tree(&s, &factors, group);

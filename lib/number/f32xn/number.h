@@ -16,6 +16,7 @@ typedef int32_t lane_bits;
 
 #include "number/sincos.h"
 #define lane_sincos sincos_f32
+#define lane_sincos_unpadded sincos_unpadded_f32
 
 #include "number/lanes.h"
 

@@ -29,6 +29,7 @@ static inline int num_is_moderate(num x)
 #define NUM_EPSILON 0x1p-52
 #define num_sqrt sqrt
 #define num_sincos_many sincos_f64
+#define lane_sincos_unpadded sincos_unpadded_f64
 
 /* Numbers that the instruction set takes at a time (vec6.h) */
 #if defined(__AVX512F__)

@@ -16,6 +16,7 @@ typedef int64_t lane_bits;
 
 #include "number/sincos.h"
 #define lane_sincos sincos_f64
+#define lane_sincos_unpadded sincos_unpadded_f64
 
 #include "number/lanes.h"
 

@@ -42,7 +42,7 @@
 #define sincos_signs_f64(x) _mm_movemask_pd((__m128d)(x))
 #define sincos_signs_f32(x) _mm_movemask_ps((__m128)(x))
 #define SINCOS_REGISTER "+x"
-#else
+#elif defined(__aarch64__)
 #include <arm_neon.h>
 #define SINCOS_BYTES 16
 #define sincos_signs_f64(x) (vmaxvq_u32((uint32x4_t)(x)) >> 31)
@@ -51,6 +51,8 @@
 #define sincos_fused_f32(a, b, c) vfmaq_f32(c, a, b)
 #define SINCOS_FUSES
 #define SINCOS_REGISTER "+w"
+#else
+#error "vectors of this processor are missing here"
 #endif
 
 /* pi/2 in three parts; of the first two, products with n up to the limit are exact. SINE, COSINE:

@@ -199,9 +199,6 @@ int tfa_dds_start(tfa_dds *gateway, struct tfa_worker *worker, const tfa_worker_
     for (uint32_t i = 0; i < gateway->robot_count; i++) {
         dds_robot *robot = &gateway->robots[i];
         robot->own.solver = solvers[i];
-        robot->memory = tfa_dds_reply_memory(robot);
-        if (robot->memory == NULL)
-            return TFA_E_MEMORY;
         const int status = tfa_dds_ring_open(worker, robot, gateway->slots, &robot->ring);
         if (status != TFA_OK)
             return status;
@@ -245,7 +242,6 @@ void tfa_dds_stop(tfa_dds *gateway)
     tfa_dds_leave(&gateway->member);
     for (uint32_t i = 0; gateway->robots != NULL && i < gateway->robot_count; i++) {
         tfa_dds_ring_close(gateway->robots[i].ring);
-        free(gateway->robots[i].memory);
         pthread_mutex_destroy(&gateway->robots[i].mutex);
     }
     free(gateway->robots);

@@ -18,6 +18,7 @@
 
 /* A listener that takes longer delays the samples of others: about what waking a thread costs. */
 #define DIRECT_NS 50000
+#define PAGE_BYTES 4096 /* holds one state of most answers */
 
 dds_robot *tfa_dds_find_robot(const tfa_dds *gateway, const char *name)
 {
@@ -67,13 +68,21 @@ static void return_sample(tfa_dds *gateway, dds_taken *taken)
     pthread_mutex_unlock(&gateway->mutex);
 }
 
+void tfa_dds_free_sample(dds_taken *taken)
+{
+    if (taken == NULL)
+        return;
+    totalforce_dds_Request_free(&taken->request, DDS_FREE_CONTENTS);
+    totalforce_dds_JointTorques_free(&taken->torques, DDS_FREE_CONTENTS);
+    free(taken->reply);
+    free(taken);
+}
+
 void tfa_dds_free_samples(tfa_dds *gateway)
 {
     for (dds_taken *taken = gateway->free_samples, *next; taken != NULL; taken = next) {
         next = taken->next;
-        totalforce_dds_Request_free(&taken->request, DDS_FREE_CONTENTS);
-        totalforce_dds_JointTorques_free(&taken->torques, DDS_FREE_CONTENTS);
-        free(taken);
+        tfa_dds_free_sample(taken);
     }
 }
 
@@ -106,28 +115,48 @@ static void reply_immediately(tfa_dds *gateway, const dds_robot *robot, const dd
         gateway_count(&robot->own, TFA_SOURCE_DDS, NULL, &stamps, &call);
 }
 
-/* Buffers for the answers to a request, in `memory`. @return TFA_OK; why they do not fit */
-static tfa_dds_field_error lay_out_reply(const dds_robot *robot, const tfa_request *request,
-                                         void *memory, tfa_reply *reply)
+/* Memory for a reply, beside the sample. Once it holds the largest reply that is asked for, nothing
+ * is allocated any more. */
+static int reserve_reply(dds_taken *taken, size_t bytes)
 {
-    const tfa_wire_reply_shape shape = tfa_wire_reply_shape_of(&robot->shape, request);
+    const size_t pages = (bytes + PAGE_BYTES - 1) / PAGE_BYTES * PAGE_BYTES;
+
+    if (bytes <= taken->reply_bytes)
+        return TFA_OK;
+    free(taken->reply);
+    taken->reply = aligned_alloc(TFA_CACHE_LINE, pages);
+    taken->reply_bytes = taken->reply != NULL ? pages : 0;
+    if (taken->reply == NULL)
+        return TFA_E_MEMORY;
+    memset(taken->reply, 0, pages); /* no byte of other memory leaves the daemon */
+    return TFA_OK;
+}
+
+/* Buffers for the answers to a request, beside its sample. @return TFA_OK; why there are none */
+static tfa_dds_field_error lay_out_reply(const dds_robot *robot, const tfa_request *request,
+                                         const tfa_wire_reply_shape *shape, dds_taken *taken,
+                                         tfa_reply *reply)
+{
     tfa_dds_field_error error = {.status = TFA_OK};
 
     *reply = (tfa_reply){.status = TFA_OK};
-    error.status = tfa_wire_check_reply_shape(&robot->shape, &shape, &error.field);
-    if (error.status == TFA_OK)
-        tfa_wire_reply_buffers(&robot->shape, &shape, memory, reply);
-    else
+    error.status = tfa_wire_check_reply_shape(&robot->shape, shape, &error.field);
+    if (error.status != TFA_OK)
         error.index = tfa_wire_refused_index(request, error.field);
+    else
+        error.status = reserve_reply(taken, tfa_wire_reply_bytes(&robot->shape, shape));
+    if (error.status == TFA_OK)
+        tfa_wire_reply_buffers(&robot->shape, shape, taken->reply, reply);
     return error;
 }
 
 static void solve_here(tfa_dds *gateway, dds_robot *robot, tfa_request *request,
-                       const dds_pending *pending, tfa_cost *cost)
+                       const dds_pending *pending, dds_taken *taken, tfa_cost *cost)
 {
     const gateway_stamps stamps = stamps_of(pending);
     tfa_worker_call call;
-    const tfa_dds_field_error error = lay_out_reply(robot, request, robot->memory, &call.reply);
+    const tfa_dds_field_error error =
+        lay_out_reply(robot, request, &pending->reply_shape, taken, &call.reply);
 
     if (error.status != TFA_OK) {
         reply_immediately(gateway, robot, pending, error);
@@ -147,7 +176,7 @@ static void send_to_worker(tfa_dds *gateway, dds_robot *robot, const tfa_request
     tfa_dds_field_error error = {.status = TFA_E_AGAIN};
 
     if (slot != NULL)
-        error = lay_out_reply(robot, request, slot->memory, &slot->call.reply);
+        error = lay_out_reply(robot, request, &pending->reply_shape, *taken, &slot->call.reply);
     if (error.status != TFA_OK) {
         reply_immediately(gateway, robot, pending, error);
         return;
@@ -186,7 +215,7 @@ static void serve(tfa_dds *gateway, dds_robot *robot, tfa_request *request, dds_
         reply_immediately(gateway, robot, pending, (tfa_dds_field_error){.status = TFA_E_AGAIN});
     else if (is_short(robot, request, cost) &&
              !(pending->is_stream && robot->stream_under_way > 0)) /* answers stay in order */
-        solve_here(gateway, robot, request, pending, cost);
+        solve_here(gateway, robot, request, pending, *taken, cost);
     else
         send_to_worker(gateway, robot, request, pending, taken);
 }

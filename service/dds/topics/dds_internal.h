@@ -26,11 +26,14 @@
 #include <semaphore.h>
 #include <stdatomic.h>
 
-/* A sample that was taken; its sequences are reused by the next one. */
+/* A sample that was taken, with the memory of its reply. The next one reuses its sequences and this
+ * memory, which grow if it needs more. */
 typedef struct dds_taken {
     struct dds_taken *next; /* of a list of free ones */
     totalforce_dds_Request request;
     totalforce_dds_JointTorques torques;
+    void *reply;
+    size_t reply_bytes;
 } dds_taken;
 
 /* Where the answer to a request goes. */
@@ -47,10 +50,9 @@ typedef struct dds_pending {
 
 /* A request for the worker, and all that must live until it is answered. */
 typedef struct dds_slot {
-    dds_taken *taken; /* its arrays */
+    dds_taken *taken; /* its arrays, and the buffers of the reply */
     dds_pending to;
     tfa_worker_call call;
-    void *memory; /* buffers of the reply */
 } dds_slot;
 
 struct tfa_dds_ring; /* dds_ring.c */
@@ -69,7 +71,6 @@ typedef struct dds_robot {
     struct tfa_dds_ring *ring; /* NULL after tfa_dds_detach */
     uint32_t stream_under_way; /* samples of torques at the worker: later ones follow them there */
     bool leaving;              /* no more requests */
-    void *memory;              /* buffers of a reply of the receiving thread */
     tfa_election election;
     int64_t next_tick;        /* tfa_election_next */
     uint64_t worker_beat;     /* the worker's heartbeat */
@@ -123,9 +124,6 @@ static inline void tfa_dds_increment(_Atomic uint64_t *counter)
 /* Takes shape and hash from a model. */
 void tfa_dds_set_model(dds_robot *robot, const tfa_model *model);
 
-/* Makes the buffers for a reply of the robot. @return NULL: no memory */
-void *tfa_dds_reply_memory(const dds_robot *robot);
-
 /* The hash with this tag among the possible ones of the robot's replies; the announced one if there
  * is none. The robot is locked. */
 const uint8_t *tfa_dds_hash_of(const dds_robot *robot, uint64_t tag);
@@ -141,6 +139,8 @@ void tfa_dds_on_torques(dds_entity_t reader, void *gateway);
 bool tfa_dds_request_is_ours(const void *sample, void *gateway);
 bool tfa_dds_torques_are_ours(const void *sample, void *gateway);
 
+/* NULL is allowed. */
+void tfa_dds_free_sample(dds_taken *taken);
 void tfa_dds_free_samples(tfa_dds *gateway);
 
 /* NULL: it is not served here. */

@@ -23,14 +23,8 @@ struct tfa_dds_ring {
 
 static void free_slots(struct tfa_dds_ring *r)
 {
-    for (uint32_t i = 0; i < r->ring.layout.slots; i++) {
-        free(r->slots[i].memory);
-        if (r->slots[i].taken == NULL)
-            continue;
-        totalforce_dds_Request_free(&r->slots[i].taken->request, DDS_FREE_CONTENTS);
-        totalforce_dds_JointTorques_free(&r->slots[i].taken->torques, DDS_FREE_CONTENTS);
-        free(r->slots[i].taken);
-    }
+    for (uint32_t i = 0; i < r->ring.layout.slots; i++)
+        tfa_dds_free_sample(r->slots[i].taken);
 }
 
 static void free_ring(struct tfa_dds_ring *r)
@@ -40,12 +34,11 @@ static void free_ring(struct tfa_dds_ring *r)
     free(r);
 }
 
-static int make_slots(struct tfa_dds_ring *r, const dds_robot *robot)
+static int make_slots(struct tfa_dds_ring *r)
 {
     for (uint32_t i = 0; i < r->ring.layout.slots; i++) {
-        r->slots[i].memory = tfa_dds_reply_memory(robot);
         r->slots[i].taken = calloc(1, sizeof *r->slots[i].taken);
-        if (r->slots[i].memory == NULL || r->slots[i].taken == NULL)
+        if (r->slots[i].taken == NULL)
             return TFA_E_MEMORY;
     }
     return TFA_OK;
@@ -89,7 +82,7 @@ int tfa_dds_ring_open(struct tfa_worker *worker, const dds_robot *robot, uint32_
     r->ring.layout = layout;
     r->worker = worker;
     r->memory = aligned_alloc(TFA_CACHE_LINE, layout.request_bytes + layout.reply_bytes);
-    int status = r->memory != NULL ? make_slots(r, robot) : TFA_E_MEMORY;
+    int status = r->memory != NULL ? make_slots(r) : TFA_E_MEMORY;
     if (status == TFA_OK) {
         memset(r->memory, 0, layout.request_bytes + layout.reply_bytes);
         status = attach(r, robot);

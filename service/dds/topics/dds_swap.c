@@ -5,7 +5,6 @@
  */
 #include "dds/topics/dds_internal.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 void tfa_dds_set_model(dds_robot *robot, const tfa_model *model)
@@ -32,16 +31,6 @@ static uint64_t tag_of(const uint8_t *hash)
 const uint8_t *tfa_dds_hash_of(const dds_robot *robot, uint64_t tag)
 {
     return tag != tag_of(robot->hash) && tag == tag_of(robot->other) ? robot->other : robot->hash;
-}
-
-void *tfa_dds_reply_memory(const dds_robot *robot)
-{
-    const size_t size = (tfa_wire_reply_capacity(&robot->shape) + 63) / 64 * 64;
-    void *memory = aligned_alloc(64, size);
-
-    if (memory != NULL)
-        memset(memory, 0, size); /* every page is there before the first request */
-    return memory;
 }
 
 void tfa_dds_exchange(void *self, uint32_t index, const tfa_model *next,
@@ -84,16 +73,6 @@ bool tfa_dds_detach(void *self, uint32_t index)
     return idle;
 }
 
-/* Buffers and slots for a robot that has another shape now. */
-static int attach_again(const tfa_dds *gateway, dds_robot *robot)
-{
-    free(robot->memory);
-    robot->memory = tfa_dds_reply_memory(robot);
-    if (robot->memory == NULL)
-        return TFA_E_MEMORY;
-    return tfa_dds_ring_open(gateway->worker, robot, gateway->slots, &robot->ring);
-}
-
 int tfa_dds_announce(void *self, uint32_t index, const tfa_model *model)
 {
     tfa_dds *gateway = self;
@@ -104,7 +83,7 @@ int tfa_dds_announce(void *self, uint32_t index, const tfa_model *model)
     memcpy(robot->other, robot->hash, sizeof robot->other);
     tfa_dds_set_model(robot, model);
     if (robot->ring == NULL)
-        status = attach_again(gateway, robot);
+        status = tfa_dds_ring_open(gateway->worker, robot, gateway->slots, &robot->ring);
     robot->leaving = status != TFA_OK;
     robot->announced = false;
     if (status == TFA_OK)

@@ -10,16 +10,18 @@
 
 #include <totalforce/dynamics.h>
 
+struct tfa_input {
+    uint16_t member;     /* offset of the pointer in tfa_request */
+    uint8_t field;       /* tfa_field */
+    uint8_t every_state; /* 1: `width` numbers for each state; 0: for all */
+    uint32_t width;
+};
+
 /* In the order in which faults are named */
 #define TFA_INPUTS_MAX 12
 struct tfa_inputs {
     uint32_t count;
-    struct tfa_input {
-        uint16_t member;     /* offset of the pointer in tfa_request */
-        uint8_t field;       /* tfa_field */
-        uint8_t every_state; /* 1: `width` numbers for each state; 0: for all */
-        uint32_t width;
-    } input[TFA_INPUTS_MAX];
+    struct tfa_input input[TFA_INPUTS_MAX];
 };
 
 static inline const double *input_array(const tfa_request *r, const struct tfa_input *in)

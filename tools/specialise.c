@@ -106,11 +106,11 @@ static double milliseconds_now(void)
     return 1e3 * (double)t.tv_sec + 1e-6 * (double)t.tv_nsec;
 }
 
-/* A kind of request on each line */
+/* A line for each kind of request that has reasons, "forward crba (..), lambda .." */
 static void print_algorithms(const char *text)
 {
-    for (const char *end; (end = strstr(text, ", ")); text = end + 2)
-        printf("  %.*s\n", (int)(end - text), text);
+    for (const char *end; (end = strstr(text, "), ")); text = end + 3)
+        printf("  %.*s\n", (int)(end + 1 - text), text);
     printf("  %s\n", text);
 }
 

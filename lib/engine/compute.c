@@ -111,17 +111,18 @@ static int check_form(const tfa_workspace *w, const struct tfa_form *form, const
     return tfa_check_numbers(w->model, r, &form->inputs, zero, reply);
 }
 
-/* One state by the robot's specialised kernel, as run_specialised. Returns 0 without an answer. */
-static inline int solve_one(const tfa_workspace *w, const struct call *c, const tfa_request *r,
-                            tfa_reply *reply)
+/* One state by the robot's specialised kernel, as run_specialised. Returns 1; 0 without an answer;
+ * or TFA_SPECIALISED_NO_CODE. */
+static inline uint32_t solve_one(const tfa_workspace *w, const struct call *c, const tfa_request *r,
+                                 tfa_reply *reply)
 {
-    if (!c->solve_one || r->count != 1 || (r->tip_count && !reply->lambda_inv) ||
-        c->solve_one(&w->host, r, 0, reply) != 1)
-        return 0;
-    if (reply->answers)
+    if (!c->solve_one || r->count != 1 || (r->tip_count && !reply->lambda_inv))
+        return TFA_SPECIALISED_NO_CODE;
+    const uint32_t answered = c->solve_one(&w->host, r, 0, reply);
+    if (answered == 1 && reply->answers)
         *reply->answers =
             (tfa_answer){.method = (uint16_t)c->by.method, .error_estimate = (double)NAN};
-    return 1;
+    return answered;
 }
 
 int tfa_compute_form(tfa_workspace *w, struct tfa_form *form, const tfa_request *r,
@@ -130,10 +131,11 @@ int tfa_compute_form(tfa_workspace *w, struct tfa_form *form, const tfa_request 
     const int status = check_form(w, form, r, reply);
     if (status != TFA_OK)
         return status;
-    if (solve_one(w, &form->call, r, reply))
+    const uint32_t answered = solve_one(w, &form->call, r, reply);
+    if (answered == 1)
         return TFA_OK;
     form->call.request = r;
-    tfa_compute_by(w, &form->call, 0, 0, r->count, reply);
+    tfa_compute_by(w, &form->call, answered == 0, 0, r->count, reply); /* not by that row again */
     return reply->status;
 }
 

@@ -18,11 +18,11 @@ static int locks_freedom(const tfa_model *m, const tfa_request *r)
 }
 
 /* With mimics crba: T^T M T is regular wherever the robot can move; M is not where followers have
- * no mass of their own or slide along their leaders. */
-static int is_projected(const tfa_workspace *w, const tfa_request *r)
+ * no mass of their own or slide along their leaders. Derivatives need the factors of M anyway. */
+static int goes_by_mass_matrix(const tfa_workspace *w, const tfa_request *r, uint32_t traits)
 {
-    return w->model->mimics && w->reserved.methods & TFA_METHOD_BIT(TFA_METHOD_CRBA) &&
-           !locks_freedom(w->model, r);
+    return (w->model->mimics || traits & TRAIT_DERIVATIVES) &&
+           w->reserved.methods & TFA_METHOD_BIT(TFA_METHOD_CRBA) && !locks_freedom(w->model, r);
 }
 
 /* The segment scan for long chains of revolute joints, in double precision */
@@ -34,7 +34,7 @@ static int is_long(const tfa_workspace *w, uint32_t traits)
 
 static tfa_method forward_method(const tfa_workspace *w, const tfa_request *r, uint32_t traits)
 {
-    if (is_projected(w, r))
+    if (goes_by_mass_matrix(w, r, traits))
         return TFA_METHOD_CRBA;
     return is_long(w, traits) && traits & TRAIT_FD ? TFA_METHOD_SCAN : TFA_METHOD_ABA;
 }
@@ -42,7 +42,7 @@ static tfa_method forward_method(const tfa_workspace *w, const tfa_request *r, u
 /* pv-osimr is never slower for several tips (lambda_pv.c). */
 static tfa_method osim_method(const tfa_workspace *w, const tfa_request *r, uint32_t traits)
 {
-    if (is_projected(w, r))
+    if (goes_by_mass_matrix(w, r, traits))
         return TFA_METHOD_CRBA;
     const int refined = traits & TRAIT_OSIM && traits & TRAIT_REFINE; /* by columns */
     const int composed =

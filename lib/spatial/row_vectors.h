@@ -27,6 +27,19 @@ static inline void row_store(num *x, num_vec v)
     memcpy(__builtin_assume_aligned(x, sizeof v), &v, sizeof v);
 }
 
+/* At any address */
+TFA_INLINE num_vec numbers_load(const num *x)
+{
+    num_vec v;
+    memcpy(&v, x, sizeof v);
+    return v;
+}
+
+TFA_INLINE void numbers_store(num *x, num_vec v)
+{
+    memcpy(x, &v, sizeof v);
+}
+
 static inline num row_dot(const num *x, const num *y, uint32_t stride)
 {
     num_vec products = {0};

@@ -182,6 +182,54 @@ static inline vec3_simd vec3_simd_cross(vec3_simd x, vec3_simd y)
 #endif
 }
 
+/* ---- four numbers ---- */
+
+#define QUAD_VECS (4 / VEC3_LANES)
+
+typedef struct quad {
+    vec3_vec vec[QUAD_VECS];
+} quad;
+
+#define quad_lane(x, e) vec_lane((x)->vec[(e) / VEC3_LANES], (e) % VEC3_LANES)
+
+static inline quad quad_of(num a, num b, num c, num d)
+{
+#if VEC3_LANES == 4
+    return (quad){{(vec3_vec){a, b, c, d}}};
+#elif VEC3_LANES == 2
+    return (quad){{(vec3_vec){a, b}, (vec3_vec){c, d}}};
+#else
+    return (quad){{a, b, c, d}};
+#endif
+}
+
+static inline quad quad_scale(num s, quad x)
+{
+    for (int k = 0; k < QUAD_VECS; k++)
+        x.vec[k] = s * x.vec[k];
+    return x;
+}
+
+/* Its third and fourth number, then the first two */
+static inline quad quad_swap_halves(quad x)
+{
+#if VEC3_LANES == 4
+    return (quad){{__builtin_shufflevector(x.vec[0], x.vec[0], 2, 3, 0, 1)}};
+#elif VEC3_LANES == 2
+    return (quad){{x.vec[1], x.vec[0]}};
+#else
+    return (quad){{x.vec[2], x.vec[3], x.vec[0], x.vec[1]}};
+#endif
+}
+
+/* sum + x y, number by number */
+static inline quad quad_add_product(quad sum, quad x, quad y)
+{
+    for (int k = 0; k < QUAD_VECS; k++)
+        sum.vec[k] += x.vec[k] * y.vec[k];
+    return sum;
+}
+
 /* x, then y; and x alone */
 static inline vec6 vec6_concat(vec3_simd x, vec3_simd y)
 {

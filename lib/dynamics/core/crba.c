@@ -7,6 +7,7 @@
 #include "dynamics/core/recursions.h"
 #include "layout/body.h"
 #include "spatial/rigid.h"
+#include "spatial/row_vectors.h"
 
 /* Ic H_k for the joint of body b */
 static inline svec composite_column(const struct state *s, const struct tfa_body *b, uint32_t k,
@@ -81,7 +82,10 @@ void TFA_V(ltdl_factor)(struct state *s)
             num *up = s->M + m->dof_row[i];
             uint32_t depth = m->dof_depth[i];
             num l = row[depth] * inv;
-            for (uint32_t j = 0; j <= depth; j++)
+            uint32_t j = 0;
+            for (; j + NUM_VEC_LANES <= depth + 1; j += NUM_VEC_LANES)
+                numbers_store(up + j, numbers_load(up + j) - l * numbers_load(row + j));
+            for (; j <= depth; j++)
                 up[j] -= l * row[j];
             row[depth] = l;
         }

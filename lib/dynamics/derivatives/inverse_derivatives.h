@@ -30,9 +30,19 @@ struct held_wrench {
     svec wrench;
 };
 
-/* What is asked: matrices of public freedoms, a row of `stride` numbers for each force */
+/* Columns of several matrices of public freedoms stand in one row of numbers: four of each matrix,
+ * then the next four of each. */
+enum { DERIVATIVES_GROUP = 4, DERIVATIVES_MATRICES = 3 };
+
+static inline size_t derivatives_column(uint32_t j)
+{
+    return DERIVATIVES_GROUP * DERIVATIVES_MATRICES * (size_t)(j / DERIVATIVES_GROUP) +
+           j % DERIVATIVES_GROUP;
+}
+
+/* Matrices of public freedoms, zero before, a row of `stride` numbers for each force */
 struct inverse_derivatives {
-    num *dq, *dv; /* zero before; NULL: not asked */
+    num *dq, *dv;
     size_t stride;
     vec3 origin; /* the reference point */
     const struct held_wrench *held;
@@ -43,7 +53,7 @@ struct inverse_derivatives {
  * origin. Writes world poses. */
 vec3 TFA_V(derivatives_origin)(struct state *s);
 
-/* Derivatives at s->qdd. Needs velocities and world poses; overwrites s->res, s->a, s->f. */
+/* Derivatives at s->qdd. Needs world poses and s->public_row. */
 void TFA_V(inverse_derivatives)(struct state *s, const struct inverse_derivatives *d);
 
 #endif

@@ -16,6 +16,7 @@
 #include "dynamics/solve/answer.h"
 #include "dynamics/solve/load.h"
 #include "dynamics/solve/method.h"
+#include "spatial/row_vectors.h"
 
 static size_t public_freedoms(const struct state *s)
 {
@@ -57,114 +58,175 @@ static uint32_t held_wrenches(const struct state *s, const tfa_request *r, uint3
     return count;
 }
 
-/* ---- M^-1 X for the rows of a matrix, public freedoms ---- */
+/* ---- blocks: matrices by q, by v, by tau ---- */
 
-/* Columns of X go in panels of so many vectors, which stay in registers. */
-#define PANEL_COLUMNS 8
-#define PANEL_VECS (PANEL_COLUMNS / NUM_VEC_LANES)
-#define PANEL_VECS_MOST (3 * PANEL_VECS)
+enum { BY_Q, BY_V, BY_TAU, BLOCKS = DERIVATIVES_MATRICES };
 
-TFA_INLINE num_vec column_load(const num *x, int v)
+struct blocks {
+    double *out[BLOCKS]; /* NULL: not asked */
+    num *X[BLOCKS];      /* first number of each; those asked stand first in their groups */
+    int asked;
+    size_t n, groups, stride;
+};
+
+static double *square_of_state(double *matrices, size_t n, uint32_t k)
 {
-    num_vec y;
-    memcpy(&y, x + v * NUM_VEC_LANES, sizeof y);
-    return y;
+    return matrices ? matrices + n * n * k : NULL;
 }
 
-TFA_INLINE void column_store(num *x, int v, num_vec y)
+/* All zero, but 1 for the forces */
+static struct blocks clear_blocks(struct state *s, const tfa_reply *reply, uint32_t k)
 {
-    memcpy(x + v * NUM_VEC_LANES, &y, sizeof y);
+    struct blocks b = {.n = public_freedoms(s)};
+    b.out[BY_Q] = square_of_state(reply->dqdd_dq, b.n, k);
+    b.out[BY_V] = square_of_state(reply->dqdd_dv, b.n, k);
+    b.out[BY_TAU] = square_of_state(reply->dqdd_dtau, b.n, k);
+    for (int by = 0; by < BLOCKS; by++)
+        b.asked += b.out[by] != NULL;
+    for (int by = 0, first = 0, last = b.asked; by < BLOCKS; by++)
+        b.X[by] = s->derivatives + DERIVATIVES_GROUP * (b.out[by] ? first++ : last++);
+    b.groups = (b.n + DERIVATIVES_GROUP - 1) / DERIVATIVES_GROUP;
+    b.stride = DERIVATIVES_GROUP * BLOCKS * b.groups;
+    for (size_t e = 0; e < b.stride * b.n; e++)
+        s->derivatives[e] = num_of(0);
+    for (uint32_t j = 0; j < b.n; j++)
+        b.X[BY_TAU][b.stride * j + derivatives_column(j)] = num_of(1);
+    for (uint32_t j = 0; j < s->freedoms; j++) {
+        num multiplier;
+        s->public_row[j] = TFA_V(reduced_freedom)(s->m, j, &multiplier);
+    }
+    return b;
+}
+
+/* ---- M^-1 X of the blocks asked ---- */
+
+/* The columns of two groups in vectors that stay in registers: the same freedoms in each block,
+ * whose rows are zero at the branches of other freedoms. */
+#define GROUP_VECS (DERIVATIVES_GROUP / NUM_VEC_LANES)
+#define PANEL_GROUPS 2
+#define PANEL_VECS_MOST (PANEL_GROUPS * BLOCKS * GROUP_VECS)
+
+/* Vectors v of a row, of so many blocks asked */
+TFA_INLINE num *panel_vec(num *row, int v, int blocks)
+{
+    const int group = v / (blocks * GROUP_VECS), rest = v % (blocks * GROUP_VECS);
+    return row + DERIVATIVES_GROUP * BLOCKS * group + NUM_VEC_LANES * rest;
+}
+
+TFA_INLINE int is_zero(const num_vec *x, int vecs)
+{
+    __typeof__(x[0] != x[0]) any = x[0] != (num_vec){0};
+    for (int v = 1; v < vecs; v++)
+        any |= x[v] != (num_vec){0};
+    int sum = 0;
+    for (int l = 0; l < NUM_VEC_LANES; l++)
+        sum |= vec_lane(any, l) != 0;
+    return !sum;
 }
 
 /* Rows of ancestors -= L x their descendant's, inward */
-TFA_INLINE void solve_inward(struct state *s, num *X, size_t columns, int vecs)
+TFA_INLINE void solve_inward(struct state *s, num *X, size_t stride, int groups, int blocks)
 {
     const struct tfa_model *m = s->m;
+    const int vecs = groups * blocks * GROUP_VECS;
     for (uint32_t k = m->freedoms; k-- > 0;) {
-        const num *const L = s->M + m->dof_row[k];
+        const num *L = s->M + m->dof_row[k] + m->dof_depth[k];
         num_vec x[PANEL_VECS_MOST];
         for (int v = 0; v < vecs; v++)
-            x[v] = column_load(X + columns * k, v);
+            x[v] = numbers_load(panel_vec(X + stride * s->public_row[k], v, blocks));
+        if (is_zero(x, vecs))
+            continue;
         for (int32_t i = m->dof_parent[k]; i >= 0; i = m->dof_parent[i]) {
-            num *const row = X + columns * (size_t)i;
-            const num l = L[m->dof_depth[i]];
-            for (int v = 0; v < vecs; v++)
-                column_store(row, v, column_load(row, v) - l * x[v]);
+            num *const row = X + stride * s->public_row[i];
+            const num l = *--L;
+            for (int v = 0; v < vecs; v++) {
+                num *const at = panel_vec(row, v, blocks);
+                numbers_store(at, numbers_load(at) - l * x[v]);
+            }
         }
     }
 }
 
 /* Rows divided by D, -= L x those of their ancestors, outward */
-TFA_INLINE void solve_outward(struct state *s, num *X, size_t columns, int vecs)
+TFA_INLINE void solve_outward(struct state *s, num *X, size_t stride, int groups, int blocks)
 {
     const struct tfa_model *m = s->m;
+    const int vecs = groups * blocks * GROUP_VECS;
     for (uint32_t k = 0; k < m->freedoms; k++) {
-        const num *const L = s->M + m->dof_row[k];
-        const num inverse = 1 / L[m->dof_depth[k]];
+        const num *L = s->M + m->dof_row[k] + m->dof_depth[k];
+        const num inverse = 1 / *L;
+        num *const to = X + stride * s->public_row[k];
         num_vec x[PANEL_VECS_MOST];
         for (int v = 0; v < vecs; v++)
-            x[v] = column_load(X + columns * k, v) * inverse;
+            x[v] = numbers_load(panel_vec(to, v, blocks)) * inverse;
         for (int32_t i = m->dof_parent[k]; i >= 0; i = m->dof_parent[i]) {
-            const num *const row = X + columns * (size_t)i;
-            const num l = L[m->dof_depth[i]];
+            num *const row = X + stride * s->public_row[i];
+            const num l = *--L;
             for (int v = 0; v < vecs; v++)
-                x[v] -= l * column_load(row, v);
+                x[v] -= l * numbers_load(panel_vec(row, v, blocks));
         }
         for (int v = 0; v < vecs; v++)
-            column_store(X + columns * k, v, x[v]);
+            numbers_store(panel_vec(to, v, blocks), x[v]);
     }
 }
 
-/* By M = L^T D L: as ltdl_solve, for all columns of so many panels at once */
-TFA_INLINE void solve_panels(struct state *s, num *X, size_t columns, int panels)
+/* By M = L^T D L: as ltdl_solve, for all columns of a panel at once */
+TFA_INLINE void solve_panels(struct state *s, const struct blocks *b, int blocks)
 {
-    solve_inward(s, X, columns, panels * PANEL_VECS);
-    solve_outward(s, X, columns, panels * PANEL_VECS);
+    num *X = s->derivatives;
+    size_t g = 0;
+    for (; g + PANEL_GROUPS <= b->groups; g += PANEL_GROUPS) {
+        solve_inward(s, X, b->stride, PANEL_GROUPS, blocks);
+        solve_outward(s, X, b->stride, PANEL_GROUPS, blocks);
+        X += PANEL_GROUPS * DERIVATIVES_GROUP * BLOCKS;
+    }
+    if (g < b->groups) {
+        solve_inward(s, X, b->stride, 1, blocks);
+        solve_outward(s, X, b->stride, 1, blocks);
+    }
 }
 
-static void solve_rows(struct state *s, num *X, size_t columns)
+static void solve_rows(struct state *s, const struct blocks *b)
 {
-    size_t c = 0;
-    for (; c + 3 * PANEL_COLUMNS <= columns; c += 3 * PANEL_COLUMNS)
-        solve_panels(s, X + c, columns, 3);
-    if (c + 2 * PANEL_COLUMNS <= columns)
-        solve_panels(s, X + c, columns, 2);
-    else if (c < columns)
-        solve_panels(s, X + c, columns, 1);
+    if (b->asked == 1)
+        solve_panels(s, b, 1);
+    else
+        solve_panels(s, b, BLOCKS);
 }
 
-/* Column by column with the factors of a method: a force on a public freedom is its leader's, and
- * so is the acceleration. */
-static void solve_columns(struct state *s, tfa_method method, num *X, size_t columns)
+/* One column with the factors of a method: a force on a public freedom is its leader's, and so is
+ * the acceleration. */
+static void solve_column(struct state *s, tfa_method method, num *X, size_t stride)
 {
-    for (size_t c = 0; c < columns; c++) {
-        num multiplier;
-        for (uint32_t j = 0; j < s->freedoms; j++) {
-            const size_t row = TFA_V(reduced_freedom)(s->m, j, &multiplier);
-            s->res[j] = multiplier == num_of(1) ? X[columns * row + c] : num_of(0);
-        }
-        for (uint32_t k = 0; k < s->m->mimics; k++)
-            s->res[s->m->mimic[k].follower] = num_of(0);
-        TFA_V(solve)(s, method, s->res, s->dx);
-        for (uint32_t j = 0; j < s->freedoms; j++) {
-            const size_t row = TFA_V(reduced_freedom)(s->m, j, &multiplier);
-            if (multiplier == num_of(1))
-                X[columns * row + c] = s->dx[j];
-        }
+    num multiplier;
+    for (uint32_t j = 0; j < s->freedoms; j++) {
+        const size_t row = TFA_V(reduced_freedom)(s->m, j, &multiplier);
+        s->res[j] = multiplier == num_of(1) ? X[stride * row] : num_of(0);
+    }
+    for (uint32_t k = 0; k < s->m->mimics; k++)
+        s->res[s->m->mimic[k].follower] = num_of(0);
+    TFA_V(solve)(s, method, s->res, s->dx);
+    for (uint32_t j = 0; j < s->freedoms; j++) {
+        const size_t row = TFA_V(reduced_freedom)(s->m, j, &multiplier);
+        if (multiplier == num_of(1))
+            X[stride * row] = s->dx[j];
     }
 }
 
 /* Returns the method of the factors. */
-static tfa_method solve_matrix(struct state *s, num *X, size_t columns)
+static tfa_method solve_blocks(struct state *s, const struct blocks *b)
 {
-    const int rows = s->identity_map && !s->locked && reserves_method(s->methods, TFA_METHOD_CRBA);
+    const int rows = !s->m->mimics && !s->locked && reserves_method(s->methods, TFA_METHOD_CRBA);
     const tfa_method method =
         rows || s->by.method == TFA_METHOD_CRBA ? TFA_METHOD_CRBA : TFA_V(last_resort)(s);
     (void)TFA_V(factor)(s, method);
-    if (rows)
-        solve_rows(s, X, columns);
-    else
-        solve_columns(s, method, X, columns);
+    if (rows) {
+        solve_rows(s, b);
+        return method;
+    }
+    for (int by = 0; by < BLOCKS; by++)
+        for (uint32_t j = 0; b->out[by] && j < b->n; j++)
+            solve_column(s, method, b->X[by] + derivatives_column(j), b->stride);
     return method;
 }
 
@@ -186,39 +248,6 @@ static void doubt(struct state *s, const tfa_request *r, tfa_method factors, int
 
 /* ---- the op ---- */
 
-/* A block of n columns of X is an answer: its derivative is by q, by v or by tau. */
-enum { BY_Q, BY_V, BY_TAU, BLOCKS };
-
-struct blocks {
-    double *out[BLOCKS]; /* NULL: not asked */
-    num *X[BLOCKS];      /* first column of those that are */
-    size_t n, columns;   /* rows are whole cache lines */
-};
-
-static double *square_of_state(double *matrices, size_t n, uint32_t k)
-{
-    return matrices ? matrices + n * n * k : NULL;
-}
-
-/* Blocks of the answers asked for, side by side; zero, and 1 for the forces */
-static struct blocks clear_blocks(struct state *s, const tfa_reply *reply, uint32_t k)
-{
-    struct blocks b = {.n = public_freedoms(s)};
-    size_t asked = 0;
-    b.out[BY_Q] = square_of_state(reply->dqdd_dq, b.n, k);
-    b.out[BY_V] = square_of_state(reply->dqdd_dv, b.n, k);
-    b.out[BY_TAU] = square_of_state(reply->dqdd_dtau, b.n, k);
-    for (int by = 0; by < BLOCKS; by++)
-        if (b.out[by])
-            b.X[by] = s->derivatives + b.n * asked++;
-    b.columns = (b.n * asked + PANEL_COLUMNS - 1) & ~(size_t)(PANEL_COLUMNS - 1);
-    for (size_t e = 0; e < b.columns * b.n; e++)
-        s->derivatives[e] = num_of(0);
-    for (size_t j = 0; b.X[BY_TAU] && j < b.n; j++)
-        b.X[BY_TAU][b.columns * j + j] = num_of(1);
-    return b;
-}
-
 /* Numbers of a vector as doubles */
 TFA_INLINE void store_doubles(double *out, num_vec x)
 {
@@ -229,18 +258,22 @@ TFA_INLINE void store_doubles(double *out, num_vec x)
             out[l] = (double)vec_lane(x, l);
 }
 
-/* out = sign x, n numbers. Returns rest + 0 if all are finite, else not a number somewhere. */
+/* out = sign x for a row of n numbers in groups. Returns rest + 0 if all are finite, else not a
+ * number somewhere. */
 TFA_INLINE num_vec unload_row(const num *x, num sign, double *out, size_t n, num_vec rest)
 {
-    size_t j = 0;
-    for (; j + NUM_VEC_LANES <= n; j += NUM_VEC_LANES) {
-        const num_vec y = sign * column_load(x + j, 0);
-        rest += y - y;
-        store_doubles(out + j, y);
+    for (; n >= DERIVATIVES_GROUP; n -= DERIVATIVES_GROUP) {
+        for (int v = 0; v < GROUP_VECS; v++) {
+            const num_vec y = sign * numbers_load(x + NUM_VEC_LANES * v);
+            rest += y - y;
+            store_doubles(out + NUM_VEC_LANES * v, y);
+        }
+        x += DERIVATIVES_GROUP * BLOCKS;
+        out += DERIVATIVES_GROUP;
     }
-    for (; j < n; j++) {
-        rest += x[j] - x[j];
-        out[j] = (double)(sign * x[j]);
+    for (size_t e = 0; e < n; e++) {
+        rest += x[e] - x[e];
+        out[e] = (double)(sign * x[e]);
     }
     return rest;
 }
@@ -251,7 +284,7 @@ static int unload_block(const struct blocks *b, int by, num sign)
     num_vec rest = {0};
     num sum = num_of(0);
     for (size_t i = 0; b->out[by] && i < b->n; i++)
-        rest = unload_row(b->X[by] + b->columns * i, sign, b->out[by] + b->n * i, b->n, rest);
+        rest = unload_row(b->X[by] + b->stride * i, sign, b->out[by] + b->n * i, b->n, rest);
     for (int l = 0; l < NUM_VEC_LANES; l++)
         sum += vec_lane(rest, l);
     return sum == num_of(0);
@@ -263,7 +296,7 @@ static void forces_by_motion(struct state *s, const tfa_request *r, uint32_t k,
     struct held_wrench held[TFA_MAX_WRENCHES];
     struct inverse_derivatives d = {.dq = b->X[BY_Q],
                                     .dv = b->X[BY_V],
-                                    .stride = b->columns,
+                                    .stride = b->stride,
                                     .origin = TFA_V(derivatives_origin)(s),
                                     .held = held};
     d.held_count = held_wrenches(s, r, k, d.origin, held);
@@ -279,13 +312,13 @@ static void add_boost(const struct state *s, const struct blocks *b)
         const struct tfa_body *root = &s->body[s->m->chain[t].first];
         const num *v = s->boost + root->v;
         num multiplier;
-        const size_t j = TFA_V(reduced_freedom)(s->m, root->v, &multiplier);
-        num *X = b->X[BY_V] + b->columns * j + j + 3;
+        const uint32_t j = TFA_V(reduced_freedom)(s->m, root->v, &multiplier);
         if (!is_free(root->kind))
             continue;
-        for (size_t e = 0; e < 3; e++) {
-            X[b->columns * e + (e + 1) % 3] += v[(e + 2) % 3];
-            X[b->columns * e + (e + 2) % 3] -= v[(e + 1) % 3];
+        for (uint32_t e = 0; e < 3; e++) {
+            num *const X = b->X[BY_V] + b->stride * (j + e);
+            X[derivatives_column(j + 3 + (e + 1) % 3)] += v[(e + 2) % 3];
+            X[derivatives_column(j + 3 + (e + 2) % 3)] -= v[(e + 1) % 3];
         }
     }
 }
@@ -301,11 +334,12 @@ int TFA_V(answer_derivatives)(struct state *s, const tfa_request *r, uint32_t k,
     if (status != TFA_OK)
         return status;
     const struct blocks b = clear_blocks(s, reply, k);
-    if (b.X[BY_Q] || b.X[BY_V])
+    const int by_motion = b.out[BY_Q] || b.out[BY_V];
+    if (by_motion)
         forces_by_motion(s, r, k, &b);
-    if (b.columns)
-        doubt(s, r, solve_matrix(s, s->derivatives, b.columns), b.X[BY_Q] || b.X[BY_V], out);
-    if (b.X[BY_V])
+    if (b.asked)
+        doubt(s, r, solve_blocks(s, &b), by_motion, out);
+    if (b.out[BY_V])
         add_boost(s, &b);
     const int finite = unload_block(&b, BY_Q, num_of(-1)) & unload_block(&b, BY_V, num_of(-1)) &
                        unload_block(&b, BY_TAU, num_of(1));

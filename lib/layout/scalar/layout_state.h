@@ -25,11 +25,13 @@ struct world_pose {
     vec3_simd r;
 };
 
-/* Derivatives (dynamics/derivatives), in world axes about a reference point: of a freedom, */
+/* Derivatives (dynamics/derivatives), in world axes about a reference point: of a freedom, by
+ * components e of spatial vectors, angular first. With psi = v x S and psi_dot = a x S + v x psi, v
+ * and a before the joint, and rate = psi + v x S, v behind it. A follower's are times its
+ * multiplier. */
 struct freedom_terms {
-    svec S;            /* motion subspace */
-    svec psi, psi_dot; /* v x S, a x S + v x psi; v and a before the joint */
-    svec rate;         /* psi + v x S with v behind the joint */
+    quad vector[6];  /* psi_dot, rate, S, S */
+    quad angular[3]; /* psi, S, 0, 0 */
 };
 
 /* and of a body: v and a its own, everything else of its subtree */
@@ -126,8 +128,9 @@ struct modal_handle {
           "lambda: wrenches of each tip where its support meets another's")                        \
     ARRAY(struct freedom_terms, freedom_terms, STATE_DERIVATIVES, "", "world", "derivatives")      \
     ARRAY(struct subtree, subtree, STATE_DERIVATIVES ? nb : 0, "", "world", "derivatives")         \
-    ARRAY(num, derivatives, (3 * STATE_DERIVATIVES + 7) * STATE_DERIVATIVES, "", "joint",          \
+    ARRAY(num, derivatives, 3 * (STATE_DERIVATIVES + 7) * STATE_DERIVATIVES, "", "joint",          \
           "derivatives: of forces by q, by v; M^-1")                                               \
+    ARRAY(uint32_t, public_row, STATE_DERIVATIVES, "", "", "derivatives: of inner freedoms")       \
     ARRAY(svec, link_force, m->frames, "N m, N", "body of the link",                               \
           "joint_forces: force across each link's joint")                                          \
     ARRAY(uint32_t, support, nb, "", "", "lambda: bit t set: body supports tip t")

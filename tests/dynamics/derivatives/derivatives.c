@@ -84,6 +84,21 @@ static void compare_with_oracle(op_case *c, uint32_t k, const double *f128, cons
     }
 }
 
+/* Some of the matrices asked for: the same bits */
+static void compare_with_parts(const op_case *c, const tfa_request *r, double *const whole[])
+{
+    static double memory[BY_ALL][SQUARE];
+    for (unsigned parts = 1; parts + 1 < 1u << BY_ALL; parts++) {
+        double *out[BY_ALL];
+        for (int by = 0; by < BY_ALL; by++)
+            out[by] = parts >> by & 1 ? memory[by] : NULL;
+        derive(c, c->f64, r, out);
+        for (int by = 0; by < BY_ALL; by++)
+            if (out[by] && memcmp(out[by], whole[by], sizeof(double) * c->n * c->n) != 0)
+                fail_msg("%s: matrix %d has other bits among parts %u", c->name, by, parts);
+    }
+}
+
 static void check_values(op_case *c, uint32_t k)
 {
     static double memory[2 * BY_ALL][SQUARE];
@@ -95,6 +110,7 @@ static void check_values(op_case *c, uint32_t k)
     double column[DIFFERENCE_MAX], got[DIFFERENCE_MAX];
     derive(c, c->f128, &r, f128);
     derive(c, c->f64, &r, f64);
+    compare_with_parts(c, &r, f64);
     for (int by = 0; by < BY_ALL; by++) {
         const double size = difference_size(&robot, &r, f128[by]);
         const uint32_t step = c->file ? n / 5 + 1 : 1; /* every column, or some of files */

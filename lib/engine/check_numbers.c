@@ -67,7 +67,7 @@ void tfa_inputs_of(const tfa_model *m, const tfa_request *r, struct tfa_inputs *
 {
     const uint32_t op = TFA_OP_BIT(r->op);
     const int v = reads_velocity(r), tau = (op & TRAITS_FORWARD) != 0,
-              qdd = (op & (TRAIT_ID | TRAIT_BIAS)) != 0;
+              qdd = (op & TRAITS_INVERSE) != 0;
     const size_t nj = m->v_count, base = m->base_freedoms;
     out->count = 0;
 #define INPUT(read, FIELD, member, width, every_state)                                             \

@@ -47,6 +47,13 @@ static void void_derivatives(const struct tfa_model *m, uint32_t k, const tfa_re
     fill(reply->dqdd_dtau, n * n, k);
 }
 
+static void void_inverse_derivatives(const struct tfa_model *m, uint32_t k, const tfa_reply *reply)
+{
+    const size_t n = (size_t)m->base_freedoms + m->v_count;
+    fill(reply->dtau_dq, n * n, k);
+    fill(reply->dtau_dv, n * n, k);
+}
+
 void tfa_void_failed_state(const tfa_workspace *w, const struct call *c, uint32_t k, int status,
                            const tfa_reply *reply)
 {
@@ -65,6 +72,8 @@ void tfa_void_failed_state(const tfa_workspace *w, const struct call *c, uint32_
         fill(reply->joint_forces, 6 * (size_t)w->model->frames, k);
     if (c->traits & TRAIT_DERIVATIVES)
         void_derivatives(w->model, k, reply);
+    if (c->traits & TRAIT_ID_DERIVATIVES)
+        void_inverse_derivatives(w->model, k, reply);
     if (c->traits & (TRAIT_FD | TRAIT_TASK) || (c->traits & TRAIT_OSIM && status == TFA_E_SINGULAR))
         fill(reply->lambda_inv, rows * rows, k);
     if (c->traits & TRAIT_FD && status == TFA_E_SINGULAR) {

@@ -76,12 +76,14 @@ enum tfa_needs {
     NEEDS_MOTION = 8,     /**< by flag: an op of TFA_OPS_MOTION */
 };
 
-/* Sets of ops: one, those that answer torques, that solve for accelerations, that read wrenches */
+/* Sets of ops: one, those that answer torques, that solve for accelerations, that read them, that
+ * read wrenches */
 #define TFA_OPS_BIAS TFA_OP_BIT(TFA_OP_BIAS)
 #define TFA_OPS_TORQUES (TFA_OPS_ID | TFA_OPS_TASK)
 #define TFA_OPS_FORWARD (TFA_OPS_FD | TFA_OPS_TASK | TFA_OPS_DERIVATIVES)
 #define TFA_OPS_MOTION (TFA_OPS_FD | TFA_OPS_ID) /* accelerations and forces of all joints */
-#define TFA_OPS_FORCES (TFA_OPS_FORWARD | TFA_OPS_ID | TFA_OPS_BIAS)
+#define TFA_OPS_INVERSE (TFA_OPS_ID | TFA_OPS_BIAS | TFA_OPS_ID_DERIVATIVES)
+#define TFA_OPS_FORCES (TFA_OPS_FORWARD | TFA_OPS_INVERSE)
 /* Sets of answers by flag: with a rank; all with ops that answer lambda_inv only; motion of tips */
 #define TFA_WANT_RANK (TFA_WANT_LAMBDA | TFA_WANT_MU | TFA_WANT_P)
 #define TFA_WANT_OF_SOLVE (TFA_WANT_RANK | TFA_WANT_SPECTRUM)
@@ -125,7 +127,9 @@ enum tfa_needs {
     X(DQDD_DV, dqdd_dv, FREEDOMS, FREEDOMS, TFA_OPS_DERIVATIVES, 0, NOTHING)                       \
     X(DQDD_DTAU, dqdd_dtau, FREEDOMS, FREEDOMS, TFA_OPS_DERIVATIVES, 0, NOTHING)                   \
     X(JOINT_FORCES, joint_forces, LINKS, 6, 0, TFA_WANT_JOINT_FORCES, MOTION)                      \
-    X(OUT_MODES, modes, NONE, MODES, TFA_OPS_FD, 0, NOTHING)
+    X(OUT_MODES, modes, NONE, MODES, TFA_OPS_FD, 0, NOTHING)                                       \
+    X(DTAU_DQ, dtau_dq, FREEDOMS, FREEDOMS, TFA_OPS_ID_DERIVATIVES, 0, NOTHING)                    \
+    X(DTAU_DV, dtau_dv, FREEDOMS, FREEDOMS, TFA_OPS_ID_DERIVATIVES, 0, NOTHING)
 
 /** How JSON prints an output */
 enum tfa_layout {
@@ -183,6 +187,8 @@ enum tfa_layout {
     X(DQDD_DQ, dqdd_dq, "dqdd_dq", MATRIX, "by motion along each freedom")                         \
     X(DQDD_DV, dqdd_dv, "dqdd_dv", MATRIX, "by the velocity of each freedom")                      \
     X(DQDD_DTAU, dqdd_dtau, "dqdd_dtau", MATRIX, "by the force of each freedom: M^-1")             \
+    X(DTAU_DQ, dtau_dq, "dtau_dq", MATRIX, "by motion along each freedom")                         \
+    X(DTAU_DV, dtau_dv, "dtau_dv", MATRIX, "by the velocity of each freedom")                      \
     X(SPECTRUM, spectrum, "spectrum", SPECTRUM,                                                    \
       "rank and extreme eigenvalues of lambda_inv, as rank, eig_min, eig_max")                     \
     X(RANK, rank, "rank", RANK,                                                                    \
@@ -205,8 +211,8 @@ enum tfa_layout {
     X(tau, TFA_OPS_FD | TFA_OPS_DERIVATIVES, 0)                                                    \
     X(posture_torques, TFA_OPS_TASK, 0)                                                            \
     X(base_wrench, TFA_OPS_FORWARD, 0)                                                             \
-    X(qdd, TFA_OPS_ID | TFA_OPS_BIAS, 0)                                                           \
-    X(base_acceleration, TFA_OPS_ID | TFA_OPS_BIAS, 0)                                             \
+    X(qdd, TFA_OPS_INVERSE, 0)                                                                     \
+    X(base_acceleration, TFA_OPS_INVERSE, 0)                                                       \
     X(modes, TFA_OPS_ALL, 0)                                                                       \
     X(mode_velocities, TFA_OPS_ALL, 0)                                                             \
     X(wrench, TFA_OPS_FORCES, TFA_WANT_MU)                                                         \

@@ -18,30 +18,33 @@ enum {
     TRAIT_BIAS = TFA_OP_BIT(TFA_OP_BIAS),
     TRAIT_TASK = TFA_OP_BIT(TFA_OP_TASK_TORQUES),
     TRAIT_DERIVATIVES = TFA_OP_BIT(TFA_OP_DERIVATIVES),
-    TRAIT_TIPS = 1u << 9,              /* at least one tip */
-    TRAIT_SEVERAL_TIPS = 1u << 10,     /* at least two */
-    TRAIT_TIP_MOTION = 1u << 11,       /* twists, Jacobians, bias accelerations of tips */
-    TRAIT_BODY_MOTION = 1u << 12,      /* frame poses, centre of mass, momentum, energy */
-    TRAIT_SPECTRUM = 1u << 13,         /* of lambda_inv */
-    TRAIT_LAMBDA = 1u << 14,           /* lambda, mu, p */
-    TRAIT_POINT = 1u << 15,            /* three rows for each tip */
-    TRAIT_WRENCH = 1u << 16,           /* external wrenches */
-    TRAIT_PAYLOAD = 1u << 17,          /* payloads of the request */
-    TRAIT_LOCK = 1u << 18,             /* locked joints of the request */
-    TRAIT_REFINE = 1u << 19,           /* a number of refinement steps above 0 */
-    TRAIT_DEFAULT_REFINE = 1u << 20,   /* the method's own number of steps */
-    TRAIT_ESTIMATE = 1u << 21,         /* an error estimate of every answer */
-    TRAIT_DEFAULT_ESTIMATE = 1u << 22, /* one where the method or the sentinel asks for it */
-    TRAIT_POSES = 1u << 23,            /* of the tips */
-    TRAIT_JOINT_FORCES = 1u << 24,     /* across all joints */
+    TRAIT_ID_DERIVATIVES = TFA_OP_BIT(TFA_OP_INVERSE_DYNAMICS_DERIVATIVES),
+    TRAIT_TIPS = 1u << 10,             /* at least one tip */
+    TRAIT_SEVERAL_TIPS = 1u << 11,     /* at least two */
+    TRAIT_TIP_MOTION = 1u << 12,       /* twists, Jacobians, bias accelerations of tips */
+    TRAIT_BODY_MOTION = 1u << 13,      /* frame poses, centre of mass, momentum, energy */
+    TRAIT_SPECTRUM = 1u << 14,         /* of lambda_inv */
+    TRAIT_LAMBDA = 1u << 15,           /* lambda, mu, p */
+    TRAIT_POINT = 1u << 16,            /* three rows for each tip */
+    TRAIT_WRENCH = 1u << 17,           /* external wrenches */
+    TRAIT_PAYLOAD = 1u << 18,          /* payloads of the request */
+    TRAIT_LOCK = 1u << 19,             /* locked joints of the request */
+    TRAIT_REFINE = 1u << 20,           /* a number of refinement steps above 0 */
+    TRAIT_DEFAULT_REFINE = 1u << 21,   /* the method's own number of steps */
+    TRAIT_ESTIMATE = 1u << 22,         /* an error estimate of every answer */
+    TRAIT_DEFAULT_ESTIMATE = 1u << 23, /* one where the method or the sentinel asks for it */
+    TRAIT_POSES = 1u << 24,            /* of the tips */
+    TRAIT_JOINT_FORCES = 1u << 25,     /* across all joints */
 };
 
 /* Ops that solve for accelerations with tau: forward dynamics and those made of it */
 #define TRAITS_FORWARD (TRAIT_FD | TRAIT_TASK | TRAIT_DERIVATIVES)
+/* Ops that read accelerations */
+#define TRAITS_INVERSE (TRAIT_ID | TRAIT_BIAS | TRAIT_ID_DERIVATIVES)
 /* Ops that answer lambda_inv */
 #define TRAITS_LAMBDA_INV (TRAIT_FD | TRAIT_OSIM | TRAIT_TASK)
 /* Ops that read velocities, gravity and wrenches, whatever the flags */
-#define TRAITS_DYNAMICS (TRAITS_FORWARD | TRAIT_ID | TRAIT_BIAS)
+#define TRAITS_DYNAMICS (TRAITS_FORWARD | TRAITS_INVERSE)
 /* Answers of kinematics besides those of the op */
 #define TRAITS_MOTION (TRAIT_TIP_MOTION | TRAIT_BODY_MOTION)
 /* Answers besides those of the op that the kernel of one state adds to those of any other */

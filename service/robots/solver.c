@@ -155,7 +155,8 @@ static tfa_field refused_field(uint32_t refused, const tfa_request *r)
     if (refused >> CONFIG_REFUSE_LAMBDA & 1 &&
         (r->flags & LAMBDA_FLAGS || r->op == TFA_OP_TASK_TORQUES))
         return TFA_FIELD_OP;
-    if (refused >> CONFIG_REFUSE_DERIVATIVES & 1 && r->op == TFA_OP_DERIVATIVES)
+    if (refused >> CONFIG_REFUSE_DERIVATIVES & 1 &&
+        TFA_OP_BIT(r->op) & (TFA_OPS_DERIVATIVES | TFA_OPS_ID_DERIVATIVES))
         return TFA_FIELD_OP;
     if (refused >> CONFIG_REFUSE_MASS_MATRIX & 1 && r->op == TFA_OP_MASS_MATRIX)
         return TFA_FIELD_OP;

@@ -57,7 +57,8 @@ static bool decomposes(const tfa_request *r)
 /* A matrix of all freedoms is computed, or may be. */
 static bool is_quadratic(const tfa_request *r)
 {
-    return r->op == TFA_OP_MASS_MATRIX || r->op == TFA_OP_BIAS || r->op == TFA_OP_DERIVATIVES ||
+    return r->op == TFA_OP_MASS_MATRIX || r->op == TFA_OP_BIAS ||
+           TFA_OP_BIT(r->op) & (TFA_OPS_DERIVATIVES | TFA_OPS_ID_DERIVATIVES) ||
            r->method != TFA_METHOD_AUTO;
 }
 

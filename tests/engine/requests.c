@@ -93,7 +93,7 @@ static const struct {
     uint32_t index;
 } spoilt_members[] = {
     {"op 0", MEMBER(op), 0, TFA_E_ARGUMENT, TFA_FIELD_OP, 0},
-    {"op 9", MEMBER(op), 9, TFA_E_ARGUMENT, TFA_FIELD_OP, 0},
+    {"op 10", MEMBER(op), TFA_OP_LAST + 1, TFA_E_ARGUMENT, TFA_FIELD_OP, 0},
     {"op huge", MEMBER(op), UINT32_MAX, TFA_E_ARGUMENT, TFA_FIELD_OP, 0},
     {"method unknown", MEMBER(method), 999, TFA_E_METHOD, TFA_FIELD_METHOD, 999},
     {"method -1", MEMBER(method), UINT32_MAX, TFA_E_METHOD, TFA_FIELD_METHOD, UINT32_MAX},

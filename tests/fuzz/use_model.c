@@ -145,6 +145,8 @@ static const struct {
     ARRAY(dqdd_dq, 1, OF_N, OF_N, TFA_OPS_DERIVATIVES),
     ARRAY(dqdd_dv, 1, OF_N, OF_N, TFA_OPS_DERIVATIVES),
     ARRAY(dqdd_dtau, 1, OF_N, OF_N, TFA_OPS_DERIVATIVES),
+    ARRAY(dtau_dq, 1, OF_N, OF_N, TFA_OPS_ID_DERIVATIVES),
+    ARRAY(dtau_dv, 1, OF_N, OF_N, TFA_OPS_ID_DERIVATIVES),
 };
 enum { REPLY_ARRAYS = sizeof arrays_of_reply / sizeof *arrays_of_reply };
 

@@ -118,7 +118,7 @@ TEST(another_version_is_named)
     unsigned char *bytes = read_file(&size);
     bytes[offsetof(tfa_recording_head, version)] = 2;
     assert_int_equal(recording_open(bytes, size, &r, text, sizeof text), -1);
-    assert_string_equal(text, "it is of version 2 of the format, not 5: use the totalforce that "
+    assert_string_equal(text, "it is of version 2 of the format, not 6: use the totalforce that "
                               "recorded it, or record again");
     free(bytes);
     unlink(path);

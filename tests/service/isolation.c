@@ -217,6 +217,7 @@ TEST(refused_kinds)
         {"lambda", {.op = TFA_OP_TASK_TORQUES, .tip_count = 1, .tips = {9}}, TFA_FIELD_OP},
         {"mass-matrix", {.op = TFA_OP_MASS_MATRIX}, TFA_FIELD_OP},
         {"derivatives", {.op = TFA_OP_DERIVATIVES}, TFA_FIELD_OP},
+        {"derivatives", {.op = TFA_OP_INVERSE_DYNAMICS_DERIVATIVES}, TFA_FIELD_OP},
         {"methods", {.method = TFA_METHOD_TFA}, TFA_FIELD_METHOD},
         {"estimates", {.estimate = TFA_ESTIMATE_ALWAYS}, TFA_FIELD_ESTIMATE},
         {"batches", {.count = 2}, TFA_FIELD_COUNT},

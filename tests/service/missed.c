@@ -69,7 +69,7 @@ TEST(killed_daemon)
     wait_for_the_daemon(&s);
 }
 
-#define EVERY_OP_NUMBERS 269
+#define EVERY_OP_NUMBERS 367
 
 /* Answers to every op. `daemon`: why the daemon does not answer; TFA_OK: it does */
 static void ask_every_op(scene *s, double (*x)[EVERY_OP_NUMBERS], int daemon)
@@ -92,7 +92,9 @@ static void ask_every_op(scene *s, double (*x)[EVERY_OP_NUMBERS], int daemon)
                            .velocity_force = at + 115,
                            .mass_matrix = at + 122,
                            .dqdd_dq = at + 171,
-                           .dqdd_dtau = at + 220};
+                           .dqdd_dtau = at + 220,
+                           .dtau_dq = at + 269,
+                           .dtau_dv = at + 318};
         assert_int_equal(tfa_client_call(s->client, &r, &reply, WAIT_NS, &exchange), TFA_OK);
         assert_int_equal(exchange.daemon, daemon);
     }

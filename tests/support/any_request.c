@@ -164,7 +164,7 @@ void any_compare_mistakes(const any_client *c)
     REFUSED(TFA_OK, );
     if (!c->dds) {
         REFUSED(TFA_E_ARGUMENT, r.op = (tfa_op)0);
-        REFUSED(TFA_E_ARGUMENT, r.op = (tfa_op)9);
+        REFUSED(TFA_E_ARGUMENT, r.op = (tfa_op)(TFA_OP_LAST + 1));
         REFUSED(TFA_E_ARGUMENT, r.locked = NULL); /* no joint, over DDS */
     }
     REFUSED(TFA_E_METHOD, r.method = (tfa_method)99);

@@ -40,6 +40,8 @@ extern const struct argp jsonl_argp;
     "                       lambda_inv, rank, threshold, condition, length,\n"                     \
     "                       lambda_error_estimate, lost\n"                                         \
     "  derivatives          v, tau, wrench -> dqdd_dq, dqdd_dv, dqdd_dtau\n"                       \
+    "  inverse_dynamics_derivatives\n"                                                             \
+    "                       v, qdd, wrench -> dtau_dq, dtau_dv\n"                                  \
     "q, v, tau, qdd are arrays in joint order (`totalforce model --json` prints it) or objects "   \
     "{joint: value}. A floating base has base_pose, base_twist, base_wrench, base_acceleration. "  \
     "Flexible links have modes, mode_velocities. "                                                 \

@@ -126,9 +126,18 @@ static svec velocity_behind(const struct state *s, uint32_t i, const svec *S, sv
     return v;
 }
 
+/* Velocity that is left out of qd of a root; s->qdd have w x that. */
+static vec3 boost_of(const struct state *s, const struct tfa_body *b, const svec *S)
+{
+    vec3 boost = v3_zero();
+    for (uint32_t k = 0; s->boosted && b->parent < 0 && is_free(b->kind) && k < 3; k++)
+        boost = v3_add_scaled(boost, S[k].v, s->boost[b->v + k]);
+    return boost;
+}
+
 /* Terms of the freedoms of body i, and its motion: a += S qdd + psi qd for each, where v and a are
  * those of the body before the joint; within a fused joint, of the part before each freedom. */
-static void joint_terms(struct state *s, uint32_t i, svec v, svec a, vec3 origin)
+static void joint_terms(struct state *s, uint32_t i, svec v, svec a, vec3 origin, int of_world)
 {
     const struct tfa_body *b = &s->body[i];
     const vec3_simd p = vec3_simd_of(origin.x, origin.y, origin.z);
@@ -137,11 +146,13 @@ static void joint_terms(struct state *s, uint32_t i, svec v, svec a, vec3 origin
     for (uint32_t k = 0; k < b->n; k++)
         S[k] = motion_simd_store(joint_axis_at_point(s, i, k, p));
     v_behind = velocity_behind(s, i, S, v);
+    const vec3 boost = of_world ? boost_of(s, b, S) : v3_zero();
     for (uint32_t k = 0; k < b->n; k++) {
         const uint32_t j = b->v + k;
         const svec psi = cross_motion(v, S[k]),
                    psi_dot = sv_add(cross_motion(a, S[k]), cross_motion(v, psi)),
-                   rate = sv_add(psi, in_parts ? psi : cross_motion(v_behind, S[k]));
+                   behind = in_parts ? psi : cross_motion(v_behind, S[k]),
+                   rate = sv_add(psi, (svec){behind.w, v3_add(behind.v, v3_cross(S[k].w, boost))});
         num x = num_of(1);
         if (!s->identity_map)
             (void)TFA_V(reduced_freedom)(s->m, j, &x);
@@ -157,14 +168,14 @@ static void joint_terms(struct state *s, uint32_t i, svec v, svec a, vec3 origin
 }
 
 /* Motions of all bodies; terms of freedoms and bodies, and f = I a + v x* I v - wrench */
-static void outward(struct state *s, vec3 origin)
+static void outward(struct state *s, vec3 origin, int of_world)
 {
     for (uint32_t i = 0; i < s->bodies; i++) {
         const int32_t parent = s->body[i].parent;
         struct subtree *t = &s->subtree[i];
         joint_terms(s, i, parent < 0 ? sv_zero() : s->subtree[parent].v,
                     parent < 0 ? (svec){v3_zero(), v3_neg(s->gravity)} : s->subtree[parent].a,
-                    origin);
+                    origin, of_world);
         body_terms(s, i, origin, t);
         if (s->wrenched)
             t->f = sv_sub(t->f, force_to_world(s, i, s->wrench[i], origin));
@@ -315,7 +326,7 @@ static void held_pairs(struct state *s, const struct held_wrench *w,
 
 void TFA_V(inverse_derivatives)(struct state *s, const struct inverse_derivatives *d)
 {
-    outward(s, d->origin);
+    outward(s, d->origin, d->of_world);
     for (uint32_t i = s->bodies; i-- > 0;) {
         for (uint32_t k = 0; k < s->body[i].n; k++)
             freedom_pairs(s, i, s->body[i].v + k, d);

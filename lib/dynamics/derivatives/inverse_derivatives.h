@@ -45,6 +45,7 @@ struct inverse_derivatives {
     num *dq, *dv;
     size_t stride;
     vec3 origin; /* the reference point */
+    int of_world; /* at qdd of the world, not at those of a boosted state, which depend on w */
     const struct held_wrench *held;
     uint32_t held_count;
 };

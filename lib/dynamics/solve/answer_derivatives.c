@@ -4,6 +4,8 @@
  * Derivatives of forward dynamics (Carpentier and Mansard, RSS 2018): with qdd = FD(q, v, tau),
  *
  *     dqdd/dtau = M^-1,   dqdd/dq = -M^-1 dID/dq,   dqdd/dv = -M^-1 dID/dv
+ *
+ * and those of inverse dynamics, dID/dq and dID/dv, at qdd of the request.
  */
 #include <math.h>
 #include <string.h>
@@ -74,13 +76,12 @@ static double *square_of_state(double *matrices, size_t n, uint32_t k)
     return matrices ? matrices + n * n * k : NULL;
 }
 
-/* All zero, but 1 for the forces */
-static struct blocks clear_blocks(struct state *s, const tfa_reply *reply, uint32_t k)
+/* Those of state k. All zero, but 1 for the forces */
+static struct blocks clear_blocks(struct state *s, double *const matrices[BLOCKS], uint32_t k)
 {
     struct blocks b = {.n = public_freedoms(s)};
-    b.out[BY_Q] = square_of_state(reply->dqdd_dq, b.n, k);
-    b.out[BY_V] = square_of_state(reply->dqdd_dv, b.n, k);
-    b.out[BY_TAU] = square_of_state(reply->dqdd_dtau, b.n, k);
+    for (int by = 0; by < BLOCKS; by++)
+        b.out[by] = square_of_state(matrices[by], b.n, k);
     for (int by = 0; by < BLOCKS; by++)
         b.asked += b.out[by] != NULL;
     for (int by = 0, first = 0, last = b.asked; by < BLOCKS; by++)
@@ -291,13 +292,14 @@ static int unload_block(const struct blocks *b, int by, num sign)
 }
 
 static void forces_by_motion(struct state *s, const tfa_request *r, uint32_t k,
-                             const struct blocks *b)
+                             const struct blocks *b, int of_world)
 {
     struct held_wrench held[TFA_MAX_WRENCHES];
     struct inverse_derivatives d = {.dq = b->X[BY_Q],
                                     .dv = b->X[BY_V],
                                     .stride = b->stride,
                                     .origin = TFA_V(derivatives_origin)(s),
+                                    .of_world = of_world,
                                     .held = held};
     d.held_count = held_wrenches(s, r, k, d.origin, held);
     TFA_V(inverse_derivatives)(s, &d);
@@ -333,10 +335,11 @@ int TFA_V(answer_derivatives)(struct state *s, const tfa_request *r, uint32_t k,
     reply->index = part.index;
     if (status != TFA_OK)
         return status;
-    const struct blocks b = clear_blocks(s, reply, k);
+    double *const matrices[BLOCKS] = {reply->dqdd_dq, reply->dqdd_dv, reply->dqdd_dtau};
+    const struct blocks b = clear_blocks(s, matrices, k);
     const int by_motion = b.out[BY_Q] || b.out[BY_V];
     if (by_motion)
-        forces_by_motion(s, r, k, &b);
+        forces_by_motion(s, r, k, &b, 0);
     if (b.asked)
         doubt(s, r, solve_blocks(s, &b), by_motion, out);
     if (b.out[BY_V])
@@ -344,4 +347,16 @@ int TFA_V(answer_derivatives)(struct state *s, const tfa_request *r, uint32_t k,
     const int finite = unload_block(&b, BY_Q, num_of(-1)) & unload_block(&b, BY_V, num_of(-1)) &
                        unload_block(&b, BY_TAU, num_of(1));
     return finite ? TFA_OK : TFA_E_NOT_COMPUTED;
+}
+
+int TFA_V(answer_inverse_derivatives)(struct state *s, const tfa_request *r, uint32_t k,
+                                      tfa_reply *reply, tfa_answer *out)
+{
+    double *const matrices[BLOCKS] = {reply->dtau_dq, reply->dtau_dv, NULL};
+    const struct blocks b = clear_blocks(s, matrices, k);
+    out->method = (uint16_t)s->by.method;
+    forces_by_motion(s, r, k, &b, 1);
+    return unload_block(&b, BY_Q, num_of(1)) & unload_block(&b, BY_V, num_of(1))
+               ? TFA_OK
+               : TFA_E_NOT_COMPUTED;
 }

@@ -46,8 +46,9 @@ typedef enum tfa_op {
     TFA_OP_TASK_TORQUES = 7,        /**< q, v, tips, task_acceleration, posture torques in tau ->
                                          tau, lambda_inv, rank */
     TFA_OP_DERIVATIVES = 8,         /**< q, v, tau -> dqdd_dq, dqdd_dv, dqdd_dtau */
+    TFA_OP_INVERSE_DYNAMICS_DERIVATIVES = 9, /**< q, v, qdd -> dtau_dq, dtau_dv; dtau/dqdd is M */
 } tfa_op;
-#define TFA_OP_LAST TFA_OP_DERIVATIVES /**< largest tfa_op */
+#define TFA_OP_LAST TFA_OP_INVERSE_DYNAMICS_DERIVATIVES /**< largest tfa_op */
 /** Their words: X(value, word) */
 #define TFA_OP_WORDS(X)                                                                            \
     X(TFA_OP_FORWARD_DYNAMICS, "forward_dynamics")                                                 \
@@ -57,7 +58,8 @@ typedef enum tfa_op {
     X(TFA_OP_KINEMATICS, "kinematics")                                                             \
     X(TFA_OP_BIAS, "bias")                                                                         \
     X(TFA_OP_TASK_TORQUES, "task_torques")                                                         \
-    X(TFA_OP_DERIVATIVES, "derivatives")
+    X(TFA_OP_DERIVATIVES, "derivatives")                                                           \
+    X(TFA_OP_INVERSE_DYNAMICS_DERIVATIVES, "inverse_dynamics_derivatives")
 
 /** Sets of ops: one bit for each. */
 #define TFA_OP_BIT(op) (1u << (op))
@@ -66,9 +68,11 @@ typedef enum tfa_op {
 #define TFA_OPS_OSIM TFA_OP_BIT(TFA_OP_OPERATIONAL_INERTIA) /**< one op */
 #define TFA_OPS_M TFA_OP_BIT(TFA_OP_MASS_MATRIX)            /**< one op */
 #define TFA_OPS_TASK TFA_OP_BIT(TFA_OP_TASK_TORQUES)        /**< one op */
-/** Passes of the recursive Newton-Euler algorithm */
-#define TFA_OPS_RNEA (TFA_OPS_ID | TFA_OP_BIT(TFA_OP_KINEMATICS) | TFA_OP_BIT(TFA_OP_BIAS))
-#define TFA_OPS_DERIVATIVES TFA_OP_BIT(TFA_OP_DERIVATIVES)       /**< one op */
+#define TFA_OPS_DERIVATIVES TFA_OP_BIT(TFA_OP_DERIVATIVES)  /**< one op */
+#define TFA_OPS_ID_DERIVATIVES TFA_OP_BIT(TFA_OP_INVERSE_DYNAMICS_DERIVATIVES) /**< one op */
+/** Passes of the recursive Newton-Euler algorithm, and its derivatives */
+#define TFA_OPS_RNEA                                                                               \
+    (TFA_OPS_ID | TFA_OP_BIT(TFA_OP_KINEMATICS) | TFA_OP_BIT(TFA_OP_BIAS) | TFA_OPS_ID_DERIVATIVES)
 #define TFA_OPS_SOLVE (TFA_OPS_FD | TFA_OPS_OSIM | TFA_OPS_TASK) /**< solutions of M x = b */
 #define TFA_OPS_ALL                                                                                \
     (TFA_OPS_SOLVE | TFA_OPS_RNEA | TFA_OPS_M | TFA_OPS_DERIVATIVES) /**< every op */
@@ -102,7 +106,7 @@ typedef enum tfa_refusal {
     X(AUTO, 0, "auto", TFA_OPS_ALL, AUTO, "O(N)", TFA_REFUSES_NOTHING,                             \
       "chosen by the model and the request")                                                       \
     X(RNEA, 1, "rnea", TFA_OPS_RNEA, RNEA, "O(N)", TFA_REFUSES_NOTHING,                            \
-      "recursive Newton-Euler: inverse dynamics, bias forces, kinematics")                         \
+      "recursive Newton-Euler: inverse dynamics, its derivatives, bias forces, kinematics")        \
     X(CRBA, 2, "crba", TFA_OPS_SOLVE | TFA_OPS_M | TFA_OPS_DERIVATIVES, CRBA, "O(N d^2)",          \
       TFA_REFUSES_LOCKED | TFA_REFUSES_SIZE | TFA_REFUSES_MODES,                                   \
       "composite rigid bodies and sparse LTDL")                                                    \

@@ -398,6 +398,10 @@ typedef struct tfa_reply {
                                     float, whose forces are computed in double, state by state */
     double *modes;             /**< count x mode_count, 1/s^2: accelerations of the modal
                                     coordinates (forward dynamics) */
+    double *dtau_dq;           /**< count x n x n: row i is the gradient of force i of inverse
+                                    dynamics, the base first, columns as dqdd_dq
+                                    (inverse_dynamics_derivatives) */
+    double *dtau_dv;           /**< count x n x n (inverse_dynamics_derivatives) */
     tfa_answer *answers;       /**< count */
 } tfa_reply;
 

@@ -50,6 +50,7 @@ static int position(tfa_op op, Py_ssize_t place)
         [TFA_OP_BIAS] = -1,
         [TFA_OP_TASK_TORQUES] = ACCELERATION,
         [TFA_OP_DERIVATIVES] = TAU,
+        [TFA_OP_INVERSE_DYNAMICS_DERIVATIVES] = QDD,
     };
     if (place == 0)
         return Q;
@@ -177,6 +178,6 @@ size_t call_cost(const request_call *call)
 {
     const size_t n = (size_t)call->robot->names.base_freedoms + call->robot->names.v_count + 1;
     const size_t rows = extent_size(EXTENT_ROWS, call->robot, &call->request);
-    const size_t state = call->request.op == TFA_OP_DERIVATIVES ? n * n : n + rows * rows / 4;
+    const size_t state = call->request.op >= TFA_OP_DERIVATIVES ? n * n : n + rows * rows / 4;
     return state * call->request.count;
 }

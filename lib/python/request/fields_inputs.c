@@ -36,6 +36,9 @@ const op_row op_rows[OP_COUNT] = {
     {TFA_OP_DERIVATIVES, "q, v=None, tau=None",
      "Derivatives of the accelerations of forward dynamics: row i is the gradient of\n"
      "acceleration i, the base first."},
+    {TFA_OP_INVERSE_DYNAMICS_DERIVATIVES, "q, v=None, qdd=None",
+     "Derivatives of the forces of inverse dynamics: row i is the gradient of force i, the base\n"
+     "first. dtau/dqdd is the mass matrix."},
 };
 
 /* Ops and flags of a key */

@@ -14,7 +14,8 @@ Client      answers requests of a robot that a daemon serves, over shared memory
 Statistics  counters, clients and histograms of a running daemon
 
 Workspace, Pool and Client have the same methods, one for each op: forward_dynamics,
-inverse_dynamics, operational_inertia, mass_matrix, kinematics, bias, task_torques, derivatives.
+inverse_dynamics, operational_inertia, mass_matrix, kinematics, bias, task_torques, derivatives,
+inverse_dynamics_derivatives.
 Each takes numpy arrays of one state, (n,), or of a batch, (count, n), and returns a Reply, whose
 attributes are arrays. All give the same bits as the library in C.
 

@@ -188,6 +188,10 @@ class Reply:
     @property
     def dqdd_dv(self) -> Array: ...
     @property
+    def dtau_dq(self) -> Array: ...
+    @property
+    def dtau_dv(self) -> Array: ...
+    @property
     def eig_max(self) -> Any: ...
     @property
     def eig_min(self) -> Any: ...
@@ -443,6 +447,30 @@ class _Solver:
         base_pose: Optional[Numbers] = None,
         base_twist: Optional[Numbers] = None,
         base_wrench: Optional[Numbers] = None,
+        modes: Optional[Numbers] = None,
+        mode_velocities: Optional[Numbers] = None,
+        gravity: Optional[Numbers] = None,
+        wrench: Optional[Wrenches] = None,
+        tips: Optional[Links] = None,
+        rows: Optional[Rows] = None,
+        frame: Optional[Frame] = None,
+        method: Optional[str] = None,
+        payload: Optional[Payloads] = None,
+        locked: Optional[Union[JointName, Sequence[JointName]]] = None,
+        want: Optional[Union[Want, Sequence[Want]]] = None,
+        only: Optional[Union[str, Sequence[str]]] = None,
+        out: Optional[Union[Reply, Mapping[str, Array], Array]] = None,
+    ) -> Reply: ...
+    def inverse_dynamics_derivatives(
+        self,
+        /,
+        q: Joints,
+        v: Optional[Joints] = None,
+        qdd: Optional[Joints] = None,
+        *,
+        base_pose: Optional[Numbers] = None,
+        base_twist: Optional[Numbers] = None,
+        base_acceleration: Optional[Numbers] = None,
         modes: Optional[Numbers] = None,
         mode_velocities: Optional[Numbers] = None,
         gravity: Optional[Numbers] = None,
@@ -839,6 +867,31 @@ class Client:
         base_pose: Optional[Numbers] = None,
         base_twist: Optional[Numbers] = None,
         base_wrench: Optional[Numbers] = None,
+        modes: Optional[Numbers] = None,
+        mode_velocities: Optional[Numbers] = None,
+        gravity: Optional[Numbers] = None,
+        wrench: Optional[Wrenches] = None,
+        tips: Optional[Links] = None,
+        rows: Optional[Rows] = None,
+        frame: Optional[Frame] = None,
+        method: Optional[str] = None,
+        payload: Optional[Payloads] = None,
+        locked: Optional[Union[JointName, Sequence[JointName]]] = None,
+        want: Optional[Union[Want, Sequence[Want]]] = None,
+        only: Optional[Union[str, Sequence[str]]] = None,
+        out: Optional[Union[Reply, Mapping[str, Array], Array]] = None,
+        timeout: Optional[float] = None,
+    ) -> Reply: ...
+    def inverse_dynamics_derivatives(
+        self,
+        /,
+        q: Joints,
+        v: Optional[Joints] = None,
+        qdd: Optional[Joints] = None,
+        *,
+        base_pose: Optional[Numbers] = None,
+        base_twist: Optional[Numbers] = None,
+        base_acceleration: Optional[Numbers] = None,
         modes: Optional[Numbers] = None,
         mode_velocities: Optional[Numbers] = None,
         gravity: Optional[Numbers] = None,

@@ -121,6 +121,7 @@ OP_FUNCTION(kinematics, TFA_OP_KINEMATICS)
 OP_FUNCTION(bias, TFA_OP_BIAS)
 OP_FUNCTION(task_torques, TFA_OP_TASK_TORQUES)
 OP_FUNCTION(derivatives, TFA_OP_DERIVATIVES)
+OP_FUNCTION(inverse_dynamics_derivatives, TFA_OP_INVERSE_DYNAMICS_DERIVATIVES)
 
 static PyObject *compute_op(PyObject *self, PyObject *const *arguments, Py_ssize_t count,
                             PyObject *keywords)
@@ -178,8 +179,9 @@ static PyObject *time_op(PyObject *self, PyObject *const *arguments, Py_ssize_t 
             METHOD("operational_inertia", operational_inertia),                                    \
             METHOD("mass_matrix", mass_matrix), METHOD("kinematics", kinematics),                  \
             METHOD("bias", bias), METHOD("task_torques", task_torques),                            \
-            METHOD("derivatives", derivatives), METHOD("compute", compute_op),                     \
-            METHOD("_time", time_op),                                                              \
+            METHOD("derivatives", derivatives),                                                    \
+            METHOD("inverse_dynamics_derivatives", inverse_dynamics_derivatives),                  \
+            METHOD("compute", compute_op), METHOD("_time", time_op),                               \
     }
 
 PyMethodDef solver_methods[SOLVER_METHOD_COUNT] = METHODS;

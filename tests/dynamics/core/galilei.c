@@ -212,14 +212,12 @@ static void forward_dynamics(struct galilei *g)
 
 /* ---- inverse dynamics, bias ---- */
 
-/* Forces of the accelerations at rest and of those with the same motion at speed */
-static void inverse_dynamics(struct galilei *g)
+/* Accelerations at rest, and those of the same motion at speed */
+static void accelerate(const struct galilei *g, double *qdd[2], double acceleration[2][6 * STATES])
 {
     const size_t nv = (size_t)STATES * g->robot->nv;
-    double *qdd[2], *tau[2], acceleration[2][6 * STATES], wrench[2][6 * STATES];
     for (int side = 0; side < 2; side++) {
         qdd[side] = calloc(nv + 1, sizeof(double));
-        tau[side] = calloc(nv + 1, sizeof(double));
         for (size_t e = 0; e < nv; e++)
             qdd[side][e] = ldexp(round(ldexp(g->states->qdd[e], 20)), -20);
         for (size_t e = 0; e < 6 * STATES; e++)
@@ -229,6 +227,16 @@ static void inverse_dynamics(struct galilei *g)
         for (uint32_t t = 0; t < g->roots; t++)
             for (int e = 0; e < 3; e++)
                 six_of(g, acceleration[1], qdd[1], k, t)[e] -= g->rate[k][t][e];
+}
+
+/* Forces of both are the same. */
+static void inverse_dynamics(struct galilei *g)
+{
+    const size_t nv = (size_t)STATES * g->robot->nv;
+    double *qdd[2], *tau[2], acceleration[2][6 * STATES], wrench[2][6 * STATES];
+    accelerate(g, qdd, acceleration);
+    for (int side = 0; side < 2; side++)
+        tau[side] = calloc(nv + 1, sizeof(double));
     for (int precision = 0; precision <= F128; precision++) {
         for (int side = 0; side < 2; side++) {
             tfa_request r = request(g, TFA_OP_INVERSE_DYNAMICS, side);
@@ -398,6 +406,42 @@ static void derivatives(struct galilei *g)
     }
 }
 
+/* By w they differ by that of M times w x V. */
+static void inverse_derivatives(struct galilei *g)
+{
+    const size_t n = g->robot->n, all = n * n;
+    double *qdd[2], acceleration[2][6 * STATES], *by_q[2], *by_v[2];
+    double *M = calloc(all * STATES, sizeof *M), *rate = calloc(all, sizeof *rate);
+    accelerate(g, qdd, acceleration);
+    for (int side = 0; side < 2; side++) {
+        by_q[side] = calloc(all * STATES, sizeof(double));
+        by_v[side] = calloc(all * STATES, sizeof(double));
+        tfa_request r = request(g, TFA_OP_INVERSE_DYNAMICS_DERIVATIVES, side);
+        r.qdd = qdd[side];
+        r.base_acceleration = g->six ? acceleration[side] : NULL;
+        compute_ok(g->robot, g->robot->f64, &r,
+                   &(tfa_reply){.dtau_dq = by_q[side], .dtau_dv = by_v[side]});
+    }
+    tfa_request r = request(g, TFA_OP_MASS_MATRIX, 0);
+    compute_ok(g->robot, g->robot->f64, &r, &(tfa_reply){.mass_matrix = M});
+    for (size_t k = 0; k < STATES; k++) {
+        memset(rate, 0, all * sizeof *rate);
+        add_derivative(g, k, rate);
+        for (size_t e = 0; e < all; e++)
+            for (size_t l = 0; l < n; l++)
+                by_v[0][all * k + e] -= M[all * k + e / n * n + l] * rate[n * l + e % n];
+        same(g, "dtau_dq", by_q[0] + all * k, by_q[1] + all * k, all, 0, 1e-15);
+        same(g, "dtau_dv", by_v[0] + all * k, by_v[1] + all * k, all, 0, 1e-15);
+    }
+    for (int side = 0; side < 2; side++) {
+        free(by_v[side]);
+        free(by_q[side]);
+        free(qdd[side]);
+    }
+    free(rate);
+    free(M);
+}
+
 /* ---- operational space, of a point ---- */
 
 static void task(struct galilei *g)
@@ -452,6 +496,7 @@ static void galilei(test_robot *robot)
         bias(&g);
         kinematics(&g);
         derivatives(&g);
+        inverse_derivatives(&g);
         task(&g);
     }
     robots++;

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Derivatives of forward dynamics by central differences, on the robots of operational.h: projected
- * mimics, fused joints, payloads of model and request, damping, locked joints, wrenches in three
- * frames. dqdd/dtau by the oracle's mass matrix, and symmetric.
+ * Derivatives of forward and inverse dynamics by central differences, on the robots of
+ * operational.h: projected mimics, fused joints, payloads of model and request, damping, locked
+ * joints, wrenches in three frames. dqdd/dtau by the oracle's mass matrix, and symmetric.
  */
 #include "differences.h"
 #include "dynamics/operational/operational.h"
@@ -22,8 +22,10 @@
 enum { BY_DIFFERENCES, F64 = BY_ALL, ORACLE = 2 * BY_ALL, ORACLE_F64, SYMMETRY, KINDS };
 static op_bound bounds[KINDS] = {
     {"dqdd/dq, differences", {1e-9}, {0}},      {"dqdd/dv, differences", {1e-9}, {0}},
-    {"dqdd/dtau, differences", {1e-9}, {0}},    {"dqdd/dq, f64 - f128", {1e-11}, {0}},
+    {"dqdd/dtau, differences", {1e-9}, {0}},    {"dtau/dq, differences", {1e-9}, {0}},
+    {"dtau/dv, differences", {1e-9}, {0}},      {"dqdd/dq, f64 - f128", {1e-11}, {0}},
     {"dqdd/dv, f64 - f128", {1e-11}, {0}},      {"dqdd/dtau, f64 - f128", {1e-11}, {0}},
+    {"dtau/dq, f64 - f128", {1e-12}, {0}},      {"dtau/dv, f64 - f128", {1e-12}, {0}},
     {"dqdd/dtau, oracle", {1e-12}, {0}},        {"dqdd/dtau, oracle, f64", {1e-9}, {0}},
     {"dqdd/dtau, symmetry, f64", {1e-12}, {0}},
 };
@@ -38,21 +40,30 @@ static difference_robot quad_of(const op_case *c)
 static tfa_request ask(const op_case *c, uint32_t k)
 {
     tfa_request r = op_state(c, k);
-    r.op = TFA_OP_DERIVATIVES;
     r.estimate = TFA_ESTIMATE_NEVER;
     return r;
 }
 
+/* By both ops, each of which leaves the other's matrices alone */
 static void derive(const op_case *c, tfa_workspace *w, const tfa_request *r, double *const out[])
 {
-    tfa_reply reply = {.dqdd_dq = out[BY_Q], .dqdd_dv = out[BY_V], .dqdd_dtau = out[BY_TAU]};
+    static const tfa_op ops[] = {TFA_OP_DERIVATIVES, TFA_OP_INVERSE_DYNAMICS_DERIVATIVES};
+    tfa_reply reply = {.dqdd_dq = out[BY_Q],
+                       .dqdd_dv = out[BY_V],
+                       .dqdd_dtau = out[BY_TAU],
+                       .dtau_dq = out[ID_BY_Q],
+                       .dtau_dv = out[ID_BY_V]};
     for (int by = 0; by < BY_ALL; by++)
         for (size_t e = 0; out[by] && e < (size_t)c->n * c->n * r->count; e++)
             out[by][e] = NAN;
-    const int status = tfa_compute(w, r, &reply);
-    if (status != TFA_OK)
-        fail_msg("%s: derivatives: %s (%s %u)", c->name, tfa_status_text(status),
-                 tfa_field_name(reply.field), (unsigned)reply.index);
+    for (int k = 0; k < 2; k++) {
+        tfa_request one = *r;
+        one.op = ops[k];
+        const int status = tfa_compute(w, &one, &reply);
+        if (status != TFA_OK)
+            fail_msg("%s: op %d: %s (%s %u)", c->name, (int)one.op, tfa_status_text(status),
+                     tfa_field_name(reply.field), (unsigned)reply.index);
+    }
 }
 
 /* ---- values ---- */
@@ -102,17 +113,20 @@ static void compare_with_parts(const op_case *c, const tfa_request *r, double *c
 static void check_values(op_case *c, uint32_t k)
 {
     static double memory[2 * BY_ALL][SQUARE];
-    double *const f128[] = {memory[0], memory[1], memory[2]};
-    double *const f64[] = {memory[3], memory[4], memory[5]};
+    double *f128[BY_ALL], *f64[BY_ALL];
     const difference_robot robot = quad_of(c);
     const tfa_request r = ask(c, k);
     const uint32_t n = c->n;
     double column[DIFFERENCE_MAX], got[DIFFERENCE_MAX];
+    for (int by = 0; by < BY_ALL; by++) {
+        f128[by] = memory[by];
+        f64[by] = memory[BY_ALL + by];
+    }
     derive(c, c->f128, &r, f128);
     derive(c, c->f64, &r, f64);
     compare_with_parts(c, &r, f64);
     for (int by = 0; by < BY_ALL; by++) {
-        const double size = difference_size(&robot, &r, f128[by]);
+        const double size = difference_size(&robot, &r, (difference_by)by, f128[by]);
         const uint32_t step = c->file ? n / 5 + 1 : 1; /* every column, or some of files */
         for (uint32_t j = random_below(&c->s, step); j < n; j += step) {
             difference_column(&robot, &r, (difference_by)by, j, column);
@@ -123,7 +137,7 @@ static void check_values(op_case *c, uint32_t k)
         compare(c, f64[by], f128[by], (size_t)n * n, size, &bounds[F64 + by]);
     }
     compare_with_oracle(c, k, f128[BY_TAU], f64[BY_TAU]);
-    const double size = difference_size(&robot, &r, f64[BY_TAU]);
+    const double size = difference_size(&robot, &r, BY_TAU, f64[BY_TAU]);
     for (uint32_t i = 0; i < n; i++)
         for (uint32_t j = 0; j < i; j++)
             op_within(c, &bounds[SYMMETRY],

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Central differences of forward dynamics. See differences.h.
+ * Central differences of forward and inverse dynamics. See differences.h.
  */
 #include "differences.h"
 
@@ -67,23 +67,27 @@ static tfa_request at_point(const tfa_request *r, const struct point *x)
     return at;
 }
 
-/* Accelerations in quadruple precision, base first */
-static void accelerations(const difference_robot *robot, const tfa_request *r,
-                          const struct point *x, double *out)
+/* What is derived, in quadruple precision, base first */
+static void values_at(const difference_robot *robot, const tfa_request *r, difference_by by,
+                      const struct point *x, double *out)
 {
     tfa_request at = at_point(r, x);
     tfa_reply reply = {.qdd = out + robot->six, .base_acceleration = out};
     at.op = TFA_OP_FORWARD_DYNAMICS;
+    if (by >= ID_BY_Q) {
+        at.op = TFA_OP_INVERSE_DYNAMICS;
+        reply = (tfa_reply){.tau = out + robot->six, .base_wrench = out};
+    }
     const int status = tfa_compute(robot->quad, &at, &reply);
     if (status != TFA_OK)
-        fail_msg("%s: forward dynamics: %s", robot->name, tfa_status_text(status));
+        fail_msg("%s: op %d: %s", robot->name, (int)at.op, tfa_status_text(status));
 }
 
 void difference_column(const difference_robot *robot, const tfa_request *r, difference_by by,
                        uint32_t freedom, double *column)
 {
-    static void (*const changes[])(const difference_robot *, struct point *, uint32_t,
-                                   double) = {[BY_Q] = move, [BY_V] = speed_up, [BY_TAU] = push};
+    static void (*const changes[])(const difference_robot *, struct point *, uint32_t, double) = {
+        [BY_Q] = move, [BY_V] = speed_up, [BY_TAU] = push, [ID_BY_Q] = move, [ID_BY_V] = speed_up};
     double t[STEPS][DIFFERENCE_MAX], plus[DIFFERENCE_MAX], minus[DIFFERENCE_MAX];
     const uint32_t n = robot->n;
     for (int k = 0; k < STEPS; k++) {
@@ -91,8 +95,8 @@ void difference_column(const difference_robot *robot, const tfa_request *r, diff
         struct point up = copy_of(robot, r), down = copy_of(robot, r);
         changes[by](robot, &up, freedom, h);
         changes[by](robot, &down, freedom, -h);
-        accelerations(robot, r, &up, plus);
-        accelerations(robot, r, &down, minus);
+        values_at(robot, r, by, &up, plus);
+        values_at(robot, r, by, &down, minus);
         for (uint32_t i = 0; i < n; i++)
             t[k][i] = (plus[i] - minus[i]) / (2 * h);
     }
@@ -112,13 +116,13 @@ double difference_largest(const double *x, size_t n)
     return most;
 }
 
-/* The largest entry; a matrix of zeros has the size of the accelerations. */
-double difference_size(const difference_robot *robot, const tfa_request *r, const double *matrix)
+double difference_size(const difference_robot *robot, const tfa_request *r, difference_by by,
+                       const double *matrix)
 {
-    double qdd[DIFFERENCE_MAX];
+    double value[DIFFERENCE_MAX];
     struct point x = copy_of(robot, r);
-    accelerations(robot, r, &x, qdd);
+    values_at(robot, r, by, &x, value);
     const double size = fmax(difference_largest(matrix, (size_t)robot->n * robot->n),
-                             0.01 * difference_largest(qdd, robot->n));
+                             0.01 * difference_largest(value, robot->n));
     return size > 0 ? size : 1;
 }

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Central differences of forward dynamics in quadruple precision along the tangent directions of
- * docs/conventions.md, extrapolated to a step of zero.
+ * Central differences of forward and inverse dynamics in quadruple precision along the tangent
+ * directions of docs/conventions.md, extrapolated to a step of zero.
  */
 #ifndef TESTS_DYNAMICS_DERIVATIVES_DIFFERENCES_H
 #define TESTS_DYNAMICS_DERIVATIVES_DIFFERENCES_H
@@ -18,16 +18,18 @@ typedef struct difference_robot {
     uint32_t n, six, nq, nv; /* rows of M, freedoms of the base, lengths of q and v */
 } difference_robot;
 
-typedef enum difference_by { BY_Q, BY_V, BY_TAU, BY_ALL } difference_by;
+/** Accelerations by q, v, tau; forces of inverse dynamics by q, v */
+typedef enum difference_by { BY_Q, BY_V, BY_TAU, ID_BY_Q, ID_BY_V, BY_ALL } difference_by;
 
-/** Column `freedom` of a derivative of the accelerations, base first: n numbers. `r` is one state
- *  with q, v, tau and all of a floating base. */
+/** Column `freedom` of a derivative, base first: n numbers. `r` is one state with q, v, tau, qdd
+ *  and all of a floating base. */
 void difference_column(const difference_robot *robot, const tfa_request *r, difference_by by,
                        uint32_t freedom, double *column);
 
 /** What errors of an n x n derivative are relative to: its largest entry, or where that is smaller
- *  a hundredth of the accelerations. */
-double difference_size(const difference_robot *robot, const tfa_request *r, const double *matrix);
+ *  a hundredth of the accelerations, or forces. */
+double difference_size(const difference_robot *robot, const tfa_request *r, difference_by by,
+                       const double *matrix);
 
 /** The largest of n absolute values; NaN if one of them is */
 double difference_largest(const double *x, size_t n);

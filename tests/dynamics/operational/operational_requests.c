@@ -137,7 +137,8 @@ static void expect_ok(const char *what, const tfa_request *r)
 static const tfa_op all_ops[] = {TFA_OP_FORWARD_DYNAMICS,    TFA_OP_INVERSE_DYNAMICS,
                                  TFA_OP_OPERATIONAL_INERTIA, TFA_OP_MASS_MATRIX,
                                  TFA_OP_KINEMATICS,          TFA_OP_BIAS,
-                                 TFA_OP_DERIVATIVES,         TFA_OP_TASK_TORQUES};
+                                 TFA_OP_DERIVATIVES,         TFA_OP_INVERSE_DYNAMICS_DERIVATIVES,
+                                 TFA_OP_TASK_TORQUES};
 #define OPS (sizeof all_ops / sizeof *all_ops)
 
 #define TIP_FLAGS (TFA_WANT_TWISTS | TFA_WANT_JACOBIAN | TFA_WANT_BIAS_ACCELERATION)

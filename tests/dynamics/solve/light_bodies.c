@@ -99,14 +99,14 @@ static int differentiate(tfa_workspace *w, const tfa_request *r, struct derivati
     return tfa_compute(w, r, &reply);
 }
 
-static double derivative_error(const hard_robot *robot, const tfa_request *r, double *got,
-                               const double *want)
+static double derivative_error(const hard_robot *robot, const tfa_request *r, difference_by by,
+                               double *got, const double *want)
 {
     const uint32_t n = robot->nv + robot->six;
     const difference_robot quad = {robot->name, robot->model, robot->f128,
                                    n,           robot->six,   tfa_model_q_count(robot->model),
                                    robot->nv};
-    const double size = difference_size(&quad, r, want);
+    const double size = difference_size(&quad, r, by, want);
     for (uint32_t e = 0; e < n * n; e++)
         got[e] -= want[e];
     return difference_largest(got, (size_t)n * n) / size;
@@ -127,9 +127,9 @@ static void check_derivatives(const hard_robot *robot, size_t family)
         assert_true(isnan(a.error_estimate) && !(a.flags & TFA_ANSWER_ESTIMATED));
         return;
     }
-    const double error = fmax(derivative_error(robot, &r, got.dq, want.dq),
-                              fmax(derivative_error(robot, &r, got.dv, want.dv),
-                                   derivative_error(robot, &r, got.dtau, want.dtau)));
+    const double error = fmax(derivative_error(robot, &r, BY_Q, got.dq, want.dq),
+                              fmax(derivative_error(robot, &r, BY_V, got.dv, want.dv),
+                                   derivative_error(robot, &r, BY_TAU, got.dtau, want.dtau)));
     worst[family] = fmax(worst[family], error);
     if (error <= RIGHT)
         return;

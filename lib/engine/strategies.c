@@ -271,10 +271,13 @@ static uint32_t bodies_of_tips(const struct tfa_model *m, const tfa_request *r)
     return bodies;
 }
 
-/* Forward dynamics by aba; Lambda^-1 if the trees of the tips have more bodies than body lanes
- * cost, because scalar code skips the other trees. The scalar kernel estimates for tips. */
+/* Forward dynamics by aba; inverse dynamics without other answers; Lambda^-1 if the trees of the
+ * tips have more bodies than body lanes cost, because scalar code skips the other trees. The scalar
+ * kernel estimates for tips. */
 static int body_lanes_serve(const tfa_workspace *w, const struct call *c)
 {
+    if (c->traits & TRAIT_ID)
+        return !(c->traits & (TRAIT_TIPS | TRAITS_ADDED));
     if (c->traits & TRAIT_ESTIMATE && c->traits & TRAIT_TIPS)
         return 0;
     return c->traits & TRAIT_FD || bodies_of_tips(w->model, c->request) >= w->body_lanes_min_bodies;
@@ -297,7 +300,7 @@ static uint32_t run_body_lanes(tfa_workspace *w, const struct call *c, uint32_t 
 {
     (void)end;
     tfa_answer answer = no_estimate;
-    answer.method = TFA_METHOD_ABA;
+    answer.method = c->traits & TRAIT_ID ? (uint16_t)c->by.method : TFA_METHOD_ABA;
     const int answered = w->body_lanes->answer(w->body_lanes_state, c->request, k, reply);
     if (!answered ||
         !estimate_if_requested(w, c, k, answered == TFA_ANSWERED_SENTINEL, 1, reply, &answer) ||
@@ -350,8 +353,9 @@ static const struct strategy strategies[TFA_STRATEGIES] = {
      NULL, run_segments},
     {"batch", has_batch, TRAIT_FD | TRAIT_ID | TRAIT_M, TRAIT_TIPS, TRAIT_JOINT_FORCES,
      TFA_METHODS_ALL, batch_serves, run_batch},
-    {"body lanes", has_body_lanes, TRAIT_FD | TRAIT_OSIM, REFUSED_BY_FACTORS | TRAIT_LAMBDA,
-     TRAIT_TIP_MOTION | TRAIT_JOINT_FORCES, ARTICULATED, body_lanes_serve, run_body_lanes},
+    {"body lanes", has_body_lanes, TRAIT_FD | TRAIT_ID | TRAIT_OSIM,
+     REFUSED_BY_FACTORS | TRAIT_LAMBDA, TRAIT_TIP_MOTION | TRAIT_JOINT_FORCES,
+     ARTICULATED | BIT(TFA_METHOD_RNEA), body_lanes_serve, run_body_lanes},
     {"scalar", always, ANY_OP, 0, TRAITS_ADDED, TFA_METHODS_ALL, NULL, run_scalar},
 };
 

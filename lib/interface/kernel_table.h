@@ -146,8 +146,8 @@ struct tfa_segment_lanes_kernel {
                   const tfa_request *request, uint32_t k, tfa_method method, tfa_reply *reply);
 };
 
-/* One state at a time, its independent branches in lanes: forward dynamics by aba, and the factors
- * that tips ask for. */
+/* One state at a time, its independent branches in lanes: forward dynamics by aba, inverse
+ * dynamics, and the factors that tips ask for. */
 struct tfa_body_lanes_kernel {
     uint32_t lanes;
     double step; /* time for one step of the schedule, relative to one body of the scalar kernel */
@@ -155,8 +155,8 @@ struct tfa_body_lanes_kernel {
     struct state *(*init)(const tfa_model *model, const struct tfa_lane_schedule *schedule,
                           void *memory);
     /* State k of a checked request, which changes nothing about the robot and has no mimics: its
-     * accelerations, where they are asked for, and its factors. TFA_NOT_ANSWERED: some are not
-     * finite. */
+     * accelerations, where they are asked for, and its factors; or its forces. TFA_NOT_ANSWERED:
+     * some are not finite. */
     int (*answer)(struct state *s, const tfa_request *request, uint32_t k, tfa_reply *reply);
     /* Of the accelerations that came last, as tfa_kernel.estimate */
     int (*estimate)(struct state *s, double limit, tfa_answer *answer);

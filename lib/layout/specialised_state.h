@@ -91,7 +91,7 @@ TFA_INLINE void hide_inertia(sym6 *S)
 static inline num joint_armature(const struct state *s, const body_constants *b, uint32_t k)
 {
     (void)s;
-    return num_of(robot_armature[body_first_freedom(b) + k]);
+    return b->n == 1 ? body_armature(b) : num_of(robot_armature[body_first_freedom(b) + k]);
 }
 
 #endif

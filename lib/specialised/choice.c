@@ -108,6 +108,7 @@ static void write_reason(struct text_buffer *t, const struct choices *c, int kin
 void specialised_choice_write(struct text_buffer *t, const tfa_model *m,
                               const struct choices *choices)
 {
+    const char *const one[] = {"ONE", specialised_has_body_lanes(m) ? "body_lanes" : "scalar"};
     static const char *const states[][2] = {
         {"ONE", "scalar"}, {"BATCH", "batch"}, {"BATCH_F32", "batch_f32"}};
     static const char *const payloads[][2] = {{"PAYLOADS", "payloads"},
@@ -117,7 +118,7 @@ void specialised_choice_write(struct text_buffer *t, const tfa_model *m,
     for (int k = 0; k < CHOICES; k++)
         write_function(t, m, k, choices->algorithm[k]);
     for (size_t k = 0; k < sizeof payloads / sizeof *payloads; k++) {
-        write_unchosen(t, "INVERSE", "inverse", states[k]);
+        write_unchosen(t, "INVERSE", "inverse", k ? states[k] : one);
         write_unchosen(t, "MASS", "mass", states[k]);
         write_unchosen(t, "INVERSE", "inverse", payloads[k]);
         write_unchosen(t, "MASS", "mass", payloads[k]);

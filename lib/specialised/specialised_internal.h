@@ -110,7 +110,7 @@ void write_sequence(struct text_buffer *t, const char *name, uint32_t n, int rev
 /* Doubles in a vector of this machine */
 uint32_t specialised_lanes(void);
 
-/* Whether forward dynamics of one state has its branches in lanes on this machine */
+/* Whether the dynamics of one state have their branches in lanes on this machine */
 int specialised_has_body_lanes(const tfa_model *model);
 
 /* Appends the tables of body lanes, at most `lanes_max` lanes. */

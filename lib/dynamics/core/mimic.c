@@ -57,12 +57,3 @@ void TFA_V(reduced_solve)(struct state *s, num *x)
         x[j] = multiplier * s->y[a];
     }
 }
-
-void TFA_V(gather_on_leaders)(struct state *s, num *tau)
-{
-    const struct tfa_model *m = s->m;
-    for (uint32_t k = 0; k < m->mimics; k++)
-        tau[m->mimic[k].leader] += num_of(m->mimic[k].multiplier) * tau[m->mimic[k].follower];
-    for (uint32_t k = 0; k < m->mimics; k++)
-        tau[m->mimic[k].follower] = num_of(0);
-}

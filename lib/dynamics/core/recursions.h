@@ -60,7 +60,4 @@ uint32_t TFA_V(reduced_freedom)(const struct tfa_model *m, uint32_t j, num *mult
 void TFA_V(reduced_factor)(struct state *s);
 void TFA_V(reduced_solve)(struct state *s, num *x);
 
-/* Forces with the same T^T tau, all of them on leaders. */
-void TFA_V(gather_on_leaders)(struct state *s, num *tau);
-
 #endif

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Forward dynamics of one state with its independent branches in SIMD lanes: the same sources as
- * for one body after the other, and the same answers to the bit. Tips use these factors.
+ * Forward and inverse dynamics of one state with its independent branches in SIMD lanes: the same
+ * sources as for one body after the other, and the same answers to the bit. Tips use these factors.
  */
 #include <math.h>
 
@@ -30,6 +30,8 @@ static size_t size(const tfa_model *model, const struct tfa_lane_schedule *sched
 static int body_lanes_answer(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply)
 {
     TFA_V(load)(s, r, k, 1);
+    if (r->op == TFA_OP_INVERSE_DYNAMICS)
+        return TFA_V(inverse_dynamics)(s, k, reply) ? TFA_ANSWERED : TFA_NOT_ANSWERED;
     if (r->op == TFA_OP_OPERATIONAL_INERTIA) {
         TFA_V(aba_factor)(s);
         return sentinel_trips(s) ? TFA_ANSWERED_SENTINEL : TFA_ANSWERED;

@@ -142,24 +142,10 @@ int TFA_V(estimate_is_valid)(struct state *s, const tfa_request *r, tfa_method m
     return s->m->mimics || !find_singular_body(s, &link);
 }
 
-int TFA_V(unload_force)(struct state *s, num *x, double *base, double *joints)
-{
-    TFA_V(gather_on_leaders)(s, x);
-    for (uint32_t j = 0; j < s->m->mimics; j++) /* one public force stands for both */
-        x[s->m->mimic[j].follower] = x[s->m->mimic[j].leader];
-    return TFA_V(unload)(s, x, base, joints);
-}
-
 static int answer_inverse(struct state *s, uint32_t k, tfa_reply *reply, tfa_answer *out)
 {
-    TFA_V(rnea)(s, s->qdd, s->res, 1);
-    for (uint32_t j = 0; s->has_passive_force && j < s->m->freedoms; j++)
-        s->res[j] -= s->passive_force[j];
     out->method = (uint16_t)s->by.method;
-    int finite = TFA_V(unload_force)(s, s->res,
-                                     reply->base_wrench ? reply->base_wrench + 6 * (size_t)k : NULL,
-                                     reply->tau ? reply->tau + (size_t)s->m->v_count * k : NULL);
-    return finite ? TFA_OK : TFA_E_NOT_COMPUTED;
+    return TFA_V(inverse_dynamics)(s, k, reply) ? TFA_OK : TFA_E_NOT_COMPUTED;
 }
 
 /* Where freedom j stands in the public M, and with which factor: T^T M T */

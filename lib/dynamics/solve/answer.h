@@ -91,9 +91,6 @@ int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa
 /* As a kernel offers it, see kernel_table.h. */
 int TFA_V(estimate_forward)(struct state *s, const tfa_request *r, uint32_t k,
                             const tfa_reply *reply, double limit, tfa_answer *out);
-/* A force of inner freedoms to public arrays, followers' on their leaders. Returns 1 when all of it
- * is finite. */
-int TFA_V(unload_force)(struct state *s, num *x, double *base, double *joints);
 int TFA_V(answer_bias)(struct state *s, uint32_t k, tfa_reply *reply, tfa_answer *out);
 int TFA_V(answer_derivatives)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
                               tfa_answer *out);

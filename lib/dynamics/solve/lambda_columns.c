@@ -5,6 +5,7 @@
  */
 #include "dynamics/core/recursions.h"
 #include "dynamics/osim/lambda.h"
+#include "dynamics/solve/load.h"
 #include "dynamics/solve/method.h"
 #include "dynamics/solve/refine.h"
 

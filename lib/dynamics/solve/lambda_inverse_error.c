@@ -12,6 +12,7 @@
 #include "dynamics/kinematics/tip_motion.h"
 #include "dynamics/osim/lambda_inverse.h"
 #include "dynamics/solve/answer.h"
+#include "dynamics/solve/load.h"
 #include "dynamics/solve/method.h"
 #include "dynamics/solve/refine.h"
 #include "spatial/dense.h"

@@ -248,6 +248,33 @@ int TFA_V(unload)(const struct state *s, const num *x, double *base, double *joi
     return num_all(sum == num_of(0));
 }
 
+void TFA_V(gather_on_leaders)(struct state *s, num *tau)
+{
+    const struct tfa_model *m = s->m;
+    for (uint32_t k = 0; k < m->mimics; k++)
+        tau[m->mimic[k].leader] += num_of(m->mimic[k].multiplier) * tau[m->mimic[k].follower];
+    for (uint32_t k = 0; k < m->mimics; k++)
+        tau[m->mimic[k].follower] = num_of(0);
+}
+
+int TFA_V(unload_force)(struct state *s, num *x, double *base, double *joints)
+{
+    TFA_V(gather_on_leaders)(s, x);
+    for (uint32_t j = 0; j < s->m->mimics; j++) /* one public force stands for both */
+        x[s->m->mimic[j].follower] = x[s->m->mimic[j].leader];
+    return TFA_V(unload)(s, x, base, joints);
+}
+
+int TFA_V(inverse_dynamics)(struct state *s, uint32_t k, tfa_reply *reply)
+{
+    TFA_V(rnea)(s, s->qdd, s->res, 1);
+    for (uint32_t j = 0; s->has_passive_force && j < s->freedoms; j++)
+        s->res[j] -= s->passive_force[j];
+    return TFA_V(unload_force)(s, s->res,
+                               reply->base_wrench ? reply->base_wrench + 6 * (size_t)k : NULL,
+                               reply->tau ? reply->tau + (size_t)s->m->v_count * k : NULL);
+}
+
 int TFA_V(unload_qdd)(const struct state *s, uint32_t k, tfa_reply *reply)
 {
     const num *qdd = TFA_V(world_accelerations)(s);

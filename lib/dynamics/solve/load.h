@@ -85,6 +85,16 @@ const num *TFA_V(world_accelerations)(const struct state *s);
  * those of the other lanes behind. Returns 1 when all are finite. */
 int TFA_V(unload)(const struct state *s, const num *x, double *base, double *joints);
 
+/* Forces with the same T^T tau (mimic.c), all of them on leaders. */
+void TFA_V(gather_on_leaders)(struct state *s, num *tau);
+
+/* A force of inner freedoms to public arrays, followers' on their leaders. Returns 1 when all of it
+ * is finite. */
+int TFA_V(unload_force)(struct state *s, num *x, double *base, double *joints);
+
+/* Inverse dynamics of s->qdd to the reply. Returns 1 when all of it is finite. */
+int TFA_V(inverse_dynamics)(struct state *s, uint32_t k, tfa_reply *reply);
+
 /* Writes s->qdd out; returns 1 when all of it is finite. */
 int TFA_V(unload_qdd)(const struct state *s, uint32_t k, tfa_reply *reply);
 

@@ -11,6 +11,7 @@
 
 #include "dynamics/core/recursions.h"
 #include "dynamics/solve/answer.h"
+#include "dynamics/solve/load.h"
 #include "dynamics/solve/method.h"
 #include "dynamics/solve/norm.h"
 #include "dynamics/solve/refine.h"

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Forward dynamics of one robot with the bodies of one state in lanes, where the robot has branches
- * that pay (ROBOT_BODY_LANES).
+ * Forward and inverse dynamics of one robot with the bodies of one state in lanes, where the robot
+ * has branches that pay (ROBOT_BODY_LANES).
  */
 #include "robot_tables.h"
 
@@ -31,6 +31,13 @@ uint32_t TFA_V(robot_forward)(const struct tfa_host_api *host, const tfa_request
                               uint32_t count, tfa_reply *reply)
 {
     return forward_dynamics(host, r, k, count, reply);
+}
+
+robot_solve TFA_V(robot_inverse);
+uint32_t TFA_V(robot_inverse)(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
+                              uint32_t count, tfa_reply *reply)
+{
+    return inverse_dynamics(host, r, k, count, reply);
 }
 
 #endif

@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Forward dynamics of one robot, and the inputs and outputs that all operations share.
+ * Forward and inverse dynamics of one robot, and the inputs and outputs that all operations share.
  */
 #ifndef TFA_DYNAMICS_SPECIALISED_SPECIALISED_FORWARD_H
 #define TFA_DYNAMICS_SPECIALISED_SPECIALISED_FORWARD_H
 
 #include "algorithm.h" /* of the folder aba or crba */
+#include "dynamics/specialised/specialised_supports.h"
 
 /* States k .. k + count - 1 of a request; returns those whose answer counts, as bits */
 typedef uint32_t robot_solve(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
@@ -110,6 +111,31 @@ static __attribute__((flatten, noinline)) uint32_t forward_dynamics(const struct
     shift_accelerations(qdd, &in, -1);
     scatter_outputs(qdd, &at, reply->base_acceleration, reply->qdd);
     return answered_states(&s, r, finite_states(qdd, ROBOT_UNIT_FREEDOMS));
+}
+
+static __attribute__((flatten, noinline)) uint32_t inverse_dynamics(const struct tfa_host_api *host,
+                                                                    const tfa_request *r,
+                                                                    uint32_t k, uint32_t count,
+                                                                    tfa_reply *reply)
+{
+    const struct lane_states at = lanes_of_states(k, count);
+    struct robot_inputs in;
+    struct state s;
+    num tau[ROBOT_UNIT_FREEDOMS];
+    if (r->wrench_count && !ROBOT_HAS_INVERSE_WRENCHES)
+        return TFA_SPECIALISED_NO_CODE;
+    load_positions(&in, r, &at);
+    gather_freedoms(in.qd, &at, r->base_twist, r->v);
+    gather_freedoms(in.x, &at, r->base_acceleration, r->qdd);
+    leave_boost(&in);
+    shift_accelerations(in.x, &in, 1);
+    init_state(&s, &in, host, r);
+    inverse_rnea(&s, in.x, tau);
+    add_damping(tau, in.qd, 1);
+    if (ROBOT_HAS_INVERSE_WRENCHES)
+        add_wrenches(tau, -1, &in, host, r, &at);
+    scatter_outputs(tau, &at, reply->base_wrench, reply->tau);
+    return states_of_mask(finite_states(tau, ROBOT_UNIT_FREEDOMS));
 }
 
 #endif

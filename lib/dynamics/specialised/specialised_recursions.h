@@ -15,6 +15,7 @@
 #include "dynamics/core/sentinel.h"
 #include "dynamics/core/velocity_step.h"
 #include "interface/specialised_abi.h"
+#include "layout/parent_transfer.h"
 #include "layout_inputs.h"
 
 /* Whether body i is on the path from body `tip` to the world */
@@ -79,11 +80,10 @@ TFA_INLINE void init_state(struct state *s, struct robot_inputs *in,
                s->c[i]),                                                                           \
         qdd, &s->p[i]);
 #define ROBOT_RNEA_BACKWARD(i)                                                                     \
+    add_total_forces_of_children(s, i);                                                            \
     euler_joint(s, i, qdd, tau);                                                                   \
     if (robot_unit[i].parent >= 0)                                                                 \
-        s->f[robot_unit[i].parent] =                                                               \
-            sv_add(s->f[robot_unit[i].parent < 0 ? 0 : robot_unit[i].parent],                      \
-                   force_to_parent(s, i, &robot_unit[i], s->f[i]));
+        add_total_force_to_parent(s, i, force_to_parent(s, i, &robot_unit[i], s->f[i]));
 
 /* Recursive Newton-Euler: tau = M qdd + h */
 TFA_INLINE void inverse_rnea(struct state *s, const num *qdd, num *tau)

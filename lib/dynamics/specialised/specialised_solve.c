@@ -13,9 +13,12 @@
 #include "dynamics/specialised/specialised_tip.h"
 #include "dynamics/specialised/specialised_wrenches.h"
 
-/* Where branches pay in lanes, one state by articulated bodies is specialised_body_lanes.c. */
-#if ROBOT_HAS_FORWARD &&                                                                           \
-    !(defined ROBOT_BODY_LANES && NUM_LANES == 1 && !ROBOT_BY_CRBA && !defined ROBOT_PAYLOADS)
+/* Where branches pay in lanes, forward dynamics by articulated bodies and inverse dynamics of one
+ * state are those of specialised_body_lanes.c. */
+#if !(defined ROBOT_BODY_LANES && NUM_LANES == 1 && !ROBOT_BY_CRBA && !defined ROBOT_PAYLOADS)
+#define ROBOT_DYNAMICS_HERE
+#endif
+#if ROBOT_HAS_FORWARD && defined ROBOT_DYNAMICS_HERE
 #define ROBOT_FORWARD_HERE
 #endif
 
@@ -41,37 +44,14 @@ void tfa_robot_wrenches(const struct tfa_host_api *host, const tfa_request *r, u
 #endif
 
 #if defined ROBOT_INVERSE || defined ROBOT_PAYLOADS
-static __attribute__((flatten, noinline)) uint32_t inverse_dynamics(const struct tfa_host_api *host,
-                                                                    const tfa_request *r,
-                                                                    uint32_t k, uint32_t count,
-                                                                    tfa_reply *reply)
-{
-    const struct lane_states at = lanes_of_states(k, count);
-    struct robot_inputs in;
-    struct state s;
-    num tau[ROBOT_FREEDOMS];
-    if (r->wrench_count && !ROBOT_HAS_INVERSE_WRENCHES)
-        return TFA_SPECIALISED_NO_CODE;
-    load_positions(&in, r, &at);
-    gather_freedoms(in.qd, &at, r->base_twist, r->v);
-    gather_freedoms(in.x, &at, r->base_acceleration, r->qdd);
-    leave_boost(&in);
-    shift_accelerations(in.x, &in, 1);
-    init_state(&s, &in, host, r);
-    inverse_rnea(&s, in.x, tau);
-    add_damping(tau, in.qd, 1);
-    if (ROBOT_HAS_INVERSE_WRENCHES)
-        add_wrenches(tau, -1, &in, host, r, &at);
-    scatter_outputs(tau, &at, reply->base_wrench, reply->tau);
-    return states_of_mask(finite_states(tau, ROBOT_FREEDOMS));
-}
-
+#ifdef ROBOT_DYNAMICS_HERE
 robot_solve TFA_V(robot_inverse);
 uint32_t TFA_V(robot_inverse)(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
                               uint32_t count, tfa_reply *reply)
 {
     return inverse_dynamics(host, r, k, count, reply);
 }
+#endif
 
 robot_solve TFA_V(robot_mass);
 uint32_t TFA_V(robot_mass)(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,

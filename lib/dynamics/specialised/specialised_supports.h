@@ -34,9 +34,9 @@
  * bodies 0.7 times. */
 #define ROBOT_TWO_PASS_BODIES_MAX 40
 
-/* Inverse dynamics of one state of a larger robot has no code for wrenches: it is as long as an
- * instruction cache. 47 bodies took 1.4 times as long without a wrench, and 0.94 times as long as
- * the generic kernel with one. */
+/* Inverse dynamics of one state of a larger robot, one body after the other, has no code for
+ * wrenches: it is as long as an instruction cache. 47 bodies took 1.4 times as long without a
+ * wrench, and 0.94 times as long as the generic kernel with one. */
 #define ROBOT_HAS_INVERSE_WRENCHES (NUM_LANES > 1 || ROBOT_BODIES <= ROBOT_UNROLLED_BODIES_MAX)
 
 /* Code of the mass matrix grows with the lengths of all paths, not with the number of bodies: a

@@ -182,6 +182,20 @@ TFA_INLINE svec force_from_children(const struct state *s, uint32_t i)
     return x;
 }
 
+/* Up to its parent, which reads it later */
+TFA_INLINE void add_total_force_to_parent(struct state *s, uint32_t i, svec up)
+{
+    s->pA[i] = up;
+}
+
+/* One by one, as where they add to their parent */
+TFA_INLINE void add_total_forces_of_children(struct state *s, uint32_t i)
+{
+#define ROBOT_ADD(k) s->f[i] = add_child_force(s, &robot_step[i], k, s->f[i]);
+    ROBOT_CHILD_RANKS(ROBOT_ADD)
+#undef ROBOT_ADD
+}
+
 #undef ROBOT_ADD_LANES
 #undef ROBOT_GET
 

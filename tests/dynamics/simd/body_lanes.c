@@ -101,7 +101,7 @@ EVERY_ROBOT(every_body_once_in_the_fewest_steps, plan_of, false)
 /* ---- the answers ---- */
 
 struct answer {
-    double *qdd, base[6];
+    double *joints, base[6]; /* accelerations, or forces */
 };
 
 /* A request whose states share their coordinates two by two, at rest in every third. */
@@ -119,12 +119,18 @@ static void at_state(const test_robot *robot, const random_states *x, uint32_t k
     const size_t c = k / 2;
     r->q = x->q + c * robot->nq;
     r->v = k % 3 ? x->v + (size_t)k * robot->nv : NULL;
-    r->tau = k % 5 ? x->tau + (size_t)k * robot->nv : NULL;
+    r->tau = r->qdd = k % 5 ? x->tau + (size_t)k * robot->nv : NULL;
     if (robot->base != TFA_BASE_FLOATING)
         return;
     r->base_pose = x->base_pose + 7 * c;
     r->base_twist = k % 3 ? x->base_twist + 6 * (size_t)k : NULL;
-    r->base_wrench = x->base_wrench + 6 * (size_t)k;
+    r->base_wrench = r->base_acceleration = x->base_wrench + 6 * (size_t)k;
+}
+
+static tfa_reply reply_to(struct answer *a)
+{
+    return (tfa_reply){
+        .qdd = a->joints, .tau = a->joints, .base_acceleration = a->base, .base_wrench = a->base};
 }
 
 static void compare(const test_robot *robot, const struct tfa_body_lanes_kernel *body_lanes)
@@ -135,30 +141,33 @@ static void compare(const test_robot *robot, const struct tfa_body_lanes_kernel 
     const size_t size = body_lanes->size(robot->model, &p);
     void *memory = aligned_alloc(64, size);
     random_states *x = fixture_states(robot, 0, STATES, 0);
-    struct answer a = {.qdd = malloc(robot->nv * sizeof(double) + 1)},
-                  b = {.qdd = malloc(robot->nv * sizeof(double) + 1)};
+    struct answer a = {.joints = malloc(robot->nv * sizeof(double) + 1)},
+                  b = {.joints = malloc(robot->nv * sizeof(double) + 1)};
     tfa_workspace *one = fixture_workspace(robot->model, TFA_F64);
     tfa_request r = request_of(robot, x);
     memset(memory, 0xff, size);
     struct state *s = body_lanes->init(robot->model, &p, memory);
     one->body_lanes = NULL;
     one->strategies = tfa_strategies_of(one, one->strategy);
-    for (uint32_t k = 0; k < STATES; k++) {
+    for (uint32_t k = 0; k < 2 * STATES; k++) {
         tfa_answer lanes_told = {0}, told = {0};
-        tfa_reply in_lanes = {.qdd = a.qdd, .base_acceleration = a.base},
-                  single = {.qdd = b.qdd, .base_acceleration = b.base, .answers = &told};
-        at_state(robot, x, k, &r);
+        tfa_reply in_lanes = reply_to(&a), single = reply_to(&b);
+        single.answers = &told;
+        r.op = k % 2 ? TFA_OP_INVERSE_DYNAMICS : TFA_OP_FORWARD_DYNAMICS;
+        at_state(robot, x, k / 2, &r);
         compute_ok(robot, one, &r, &single);
         assert_int_equal(body_lanes->answer(s, &r, 0, &in_lanes), 1);
-        assert_memory_equal(a.qdd, b.qdd, robot->nv * sizeof(double));
+        assert_memory_equal(a.joints, b.joints, robot->nv * sizeof(double));
         if (robot->base == TFA_BASE_FLOATING)
             assert_memory_equal(a.base, b.base, sizeof a.base);
+        if (r.op == TFA_OP_INVERSE_DYNAMICS)
+            continue;
         assert_true(body_lanes->estimate(s, INFINITY, &lanes_told));
         assert_memory_equal(&lanes_told.error_estimate, &told.error_estimate, sizeof(double));
     }
     tfa_workspace_free(one);
-    free(b.qdd);
-    free(a.qdd);
+    free(b.joints);
+    free(a.joints);
     random_states_free(x);
     free(memory);
 }

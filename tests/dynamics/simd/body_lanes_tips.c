@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Tips with the factors of body lanes, and forces across joints with their motions: Lambda^-1,
- * poses and forces are those of one body after the other, to the bit, in whatever order requests
- * come, whether they use body lanes or not.
+ * Tips with the factors of body lanes, forces across joints with their motions, and inverse
+ * dynamics: Lambda^-1, poses and forces are those of one body after the other, to the bit, in
+ * whatever order requests come, whether they use body lanes or not.
  */
 #include "engine/strategy.h"
 #include "layout/schedule_body_lanes.h"
@@ -20,7 +20,7 @@ struct answers {
     double base[6], lambda[LAMBDA], poses[7 * TIPS];
     tfa_spectrum spectrum;
     tfa_answer answer;
-    double *qdd, *forces;
+    double *joints, *forces; /* accelerations, or forces */
 };
 
 /* ---- strategy ---- */
@@ -46,7 +46,9 @@ static tfa_method any_method(random_source *s, tfa_op op)
 {
     static const tfa_method methods[] = {TFA_METHOD_AUTO, TFA_METHOD_ABA, TFA_METHOD_PROPAGATION,
                                          TFA_METHOD_PV_OSIMR, TFA_METHOD_EFPA};
-    return methods[random_below(s, op == TFA_OP_FORWARD_DYNAMICS ? 2 : 5)];
+    return methods[random_below(s, op == TFA_OP_INVERSE_DYNAMICS   ? 1
+                                   : op == TFA_OP_FORWARD_DYNAMICS ? 2
+                                                                   : 5)];
 }
 
 /* At few states, so that coordinates come again; now and then there is an estimate, a joint is
@@ -54,10 +56,12 @@ static tfa_method any_method(random_source *s, tfa_op op)
 static tfa_request any_request(random_source *s, const test_robot *robot, const random_states *x,
                                const uint32_t *joint, const double *payload)
 {
+    static const tfa_op ops[] = {TFA_OP_FORWARD_DYNAMICS, TFA_OP_OPERATIONAL_INERTIA,
+                                 TFA_OP_INVERSE_DYNAMICS};
     const size_t c = random_below(s, COORDINATES), k = 2 * c + random_below(s, 2);
     const uint32_t frames = tfa_model_frame_count(robot->model);
     tfa_request r = fixture_request(robot, x);
-    r.op = random_below(s, 2) ? TFA_OP_FORWARD_DYNAMICS : TFA_OP_OPERATIONAL_INERTIA;
+    r.op = ops[random_below(s, sizeof ops / sizeof *ops)];
     r.method = any_method(s, r.op);
     r.estimate = random_below(s, 4) ? TFA_ESTIMATE_NEVER : TFA_ESTIMATE_ALWAYS;
     r.frame = (tfa_reference_frame)random_below(s, 3);
@@ -65,12 +69,14 @@ static tfa_request any_request(random_source *s, const test_robot *robot, const 
     r.wrench_count = 0;
     r.q += c * robot->nq;
     r.v = random_below(s, 3) ? r.v + k * robot->nv : NULL;
-    r.tau += k * robot->nv;
+    r.qdd = r.tau += k * robot->nv;
     r.base_pose = r.base_pose ? r.base_pose + 7 * c : NULL;
     r.base_twist = r.base_twist && r.v ? r.base_twist + 6 * k : NULL;
     r.tip_count = random_below(s, TIPS) + (r.op == TFA_OP_OPERATIONAL_INERTIA);
-    r.flags = TFA_WANT_POSES | (r.tip_count ? TFA_WANT_SPECTRUM : 0) |
-              (r.op == TFA_OP_FORWARD_DYNAMICS && random_below(s, 2) ? TFA_WANT_JOINT_FORCES : 0);
+    const int solves = r.op != TFA_OP_INVERSE_DYNAMICS;
+    r.flags =
+        TFA_WANT_POSES | (r.tip_count && solves ? TFA_WANT_SPECTRUM : 0) |
+        (r.op != TFA_OP_OPERATIONAL_INERTIA && random_below(s, 2) ? TFA_WANT_JOINT_FORCES : 0);
     for (uint32_t t = 0; t < r.tip_count; t++)
         r.tips[t] = random_below(s, frames);
     if (random_below(s, 8) == 0 && r.method != TFA_METHOD_EFPA) {
@@ -87,25 +93,27 @@ static tfa_request any_request(random_source *s, const test_robot *robot, const 
 
 static void ask(const test_robot *robot, tfa_workspace *w, const tfa_request *r, struct answers *a)
 {
-    tfa_reply reply = {.qdd = a->qdd,
+    tfa_reply reply = {.qdd = a->joints,
+                       .tau = a->joints,
                        .base_acceleration = a->base,
+                       .base_wrench = a->base,
                        .lambda_inv = a->lambda,
                        .spectrum = &a->spectrum,
                        .poses = a->poses,
                        .joint_forces = a->forces,
                        .answers = &a->answer};
-    double *qdd = a->qdd, *forces = a->forces;
+    double *joints = a->joints, *forces = a->forces;
     memset(a, 0, sizeof *a);
-    memset(qdd, 0, robot->nv * sizeof *qdd);
+    memset(joints, 0, robot->nv * sizeof *joints);
     memset(forces, 0, 6 * tfa_model_frame_count(robot->model) * sizeof *forces);
-    a->qdd = qdd;
+    a->joints = joints;
     a->forces = forces;
     compute_ok(robot, w, r, &reply);
 }
 
 static void assert_same(const test_robot *robot, const struct answers *a, const struct answers *b)
 {
-    assert_memory_equal(a->qdd, b->qdd, robot->nv * sizeof *a->qdd);
+    assert_memory_equal(a->joints, b->joints, robot->nv * sizeof *a->joints);
     assert_memory_equal(a->base, b->base, sizeof a->base);
     assert_memory_equal(a->lambda, b->lambda, sizeof a->lambda);
     assert_memory_equal(a->poses, b->poses, sizeof a->poses);
@@ -126,9 +134,9 @@ static void compare(test_robot *robot, const struct tfa_body_lanes_kernel *body_
                   *in_lanes = fixture_workspace(robot->model, TFA_F64);
     void *memory = with_body_lanes(in_lanes, body_lanes);
     const size_t forces = 6 * (size_t)tfa_model_frame_count(robot->model);
-    struct answers a = {.qdd = calloc(robot->nv + 1, sizeof(double)),
+    struct answers a = {.joints = calloc(robot->nv + 1, sizeof(double)),
                         .forces = calloc(forces, sizeof(double))},
-                   b = {.qdd = calloc(robot->nv + 1, sizeof(double)),
+                   b = {.joints = calloc(robot->nv + 1, sizeof(double)),
                         .forces = calloc(forces, sizeof(double))};
     const uint32_t joint = random_below(&s, tfa_model_joint_count(robot->model));
     double payload[TFA_PAYLOAD_NUMBERS];
@@ -142,9 +150,9 @@ static void compare(test_robot *robot, const struct tfa_body_lanes_kernel *body_
         assert_same(robot, &a, &b);
     }
     free(b.forces);
-    free(b.qdd);
+    free(b.joints);
     free(a.forces);
-    free(a.qdd);
+    free(a.joints);
     tfa_workspace_free(in_lanes);
     tfa_workspace_free(one);
     free(memory);

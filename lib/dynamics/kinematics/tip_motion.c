@@ -256,10 +256,12 @@ void TFA_V(tip_jacobian_tmul)(const struct state *s, const struct tip *t, const 
     svec f = {v3(F[3], F[4], F[5]), v3(F[0], F[1], F[2])};
     if (t->frame == TFA_FRAME_LOCAL)
         f = (svec){m3_mul(t->axes, f.w), m3_mul(t->axes, f.v)};
+    const struct motion_simd wrench = {vec3_simd_of(f.w.x, f.w.y, f.w.z),
+                                       vec3_simd_of(f.v.x, f.v.y, f.v.z)};
     for (uint32_t k = 0; k < t->length; k++) {
         const uint32_t i = s->tip_path[k], first = s->body[i].v;
         for (uint32_t j = 0; j < freedoms_at(s, t, k); j++)
-            tau[first + j] += sv_dot(motion_simd_store(joint_axis_at_point(s, i, j, t->p)), f);
+            tau[first + j] += motion_simd_dot(joint_axis_at_point(s, i, j, t->p), wrench);
     }
 }
 

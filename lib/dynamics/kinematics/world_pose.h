@@ -55,6 +55,15 @@ static inline struct motion_simd motion_simd_scale(num x, struct motion_simd m)
     return m;
 }
 
+/* m^T f of a wrench, its moment in place of w */
+static inline num motion_simd_dot(struct motion_simd m, struct motion_simd f)
+{
+    for (int k = 0; k < VEC3_SIMD_VECS; k++)
+        m.w.vec[k] = m.w.vec[k] * f.w.vec[k] + m.v.vec[k] * f.v.vec[k];
+    const vec3 sum = vec3_of_simd(m.w);
+    return sum.x + sum.y + sum.z;
+}
+
 static inline svec motion_simd_store(struct motion_simd a)
 {
     return (svec){vec3_of_simd(a.w), vec3_of_simd(a.v)};

@@ -50,7 +50,7 @@ static inline num scale_of(const struct state *s, uint32_t j)
     return s->tip_rows == 6 ? tip_row_scale(s, j % 6) : num_of(1);
 }
 
-/* Moments of forces y about the points of the request, in place */
+/* Moments of forces y about the points of the request, in place: the transpose */
 static void add_arms(const struct state *s, num *y)
 {
     for (uint32_t t = 0; s->tip_rows == 6 && t < s->tips; t++, y += 6) {
@@ -60,14 +60,6 @@ static void add_arms(const struct state *s, num *y)
             y[3 + e] += p[f] * y[g] - p[g] * y[f];
         }
     }
-}
-
-/* Force from the metric, in place: the transpose */
-static void from_metric(const struct state *s, num *y)
-{
-    for (uint32_t j = 0; j < all_tip_rows(s); j++)
-        y[j] *= scale_of(s, j);
-    add_arms(s, y);
 }
 
 /* A direction of the metric as an acceleration in the rows of the answer, in place */
@@ -182,30 +174,36 @@ int TFA_V(lambda_factor)(struct state *s, const tfa_request *r, int directions, 
 
 /* ---- products ---- */
 
-/* y = sum of coefficients times directions */
+/* y = sum of coefficients times directions, out of the metric */
 static void add_directions(const struct state *s, num *y)
 {
-    const uint32_t n = all_tip_rows(s), stride = tip_stride(s);
-    for (uint32_t j = 0; j < n; j++)
-        y[j] = num_of(0);
-    for (uint32_t k = 0; k < s->tip_rank; k++)
-        for (uint32_t j = 0; j < n; j++)
-            y[j] += s->coefficient[k] * s->direction[(size_t)stride * k + j];
+    const uint32_t stride = tip_stride(s);
+    num *row = s->coefficient + stride;
+    for (uint32_t c = 0; c < stride; c += NUM_VEC_LANES) {
+        num_vec sum = {0};
+        for (uint32_t k = 0; k < s->tip_rank; k++)
+            sum += s->coefficient[k] * row_load(s->direction + (size_t)stride * k + c);
+        row_store(row + c, sum);
+    }
+    for (uint32_t j = 0; j < all_tip_rows(s); j++)
+        y[j] = scale_of(s, j) * row[j];
+    add_arms(s, y);
 }
 
-void TFA_V(lambda_mul)(struct state *s, const num *x, num *y)
+/* The coefficients less those of Lambda x */
+static void subtract_product(const struct state *s, const num *x)
 {
-    const uint32_t n = all_tip_rows(s), stride = tip_stride(s);
-    to_metric(s, x, y);
+    const uint32_t stride = tip_stride(s);
+    num *row = s->coefficient + stride;
+    row_store(row + stride - NUM_VEC_LANES, (num_vec){0});
+    to_metric(s, x, row);
     for (uint32_t k = 0; k < s->tip_rank; k++)
-        s->coefficient[k] = s->weight[k] * dense_dot(s->direction + (size_t)stride * k, y, n);
-    add_directions(s, y);
-    from_metric(s, y);
+        s->coefficient[k] -= s->weight[k] * row_dot(s->direction + (size_t)stride * k, row, stride);
 }
 
 /* Least squares: the projections on the columns of Q, in the order in which they became
  * orthogonal; z is used up. */
-void TFA_V(lambda_force)(struct state *s, const num *tau, num *y)
+void TFA_V(lambda_force)(struct state *s, const num *tau, const num *x, num *y)
 {
     const uint32_t rows = s->tip_freedoms, stride = tip_stride(s);
     num *z = s->force_row, *a = s->coefficient;
@@ -225,8 +223,9 @@ void TFA_V(lambda_force)(struct state *s, const num *tau, num *y)
         for (uint32_t k = 0; k < s->tip_rank; k++)
             a[k] = s->gain[k] * dense_dot(s->triangle + (size_t)s->tip_rank * k, z, s->tip_rank);
     }
+    if (x)
+        subtract_product(s, x);
     add_directions(s, y);
-    from_metric(s, y);
 }
 
 /* Directions out of the metric times the roots of their weights, by rows: x^T x is Lambda. */

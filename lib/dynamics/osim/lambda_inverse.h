@@ -29,12 +29,9 @@ static inline tfa_reference_frame tip_metric_frame(const tfa_request *r)
  * lambda_inverse_error. */
 int TFA_V(lambda_factor)(struct state *s, const tfa_request *r, int directions, tfa_rank *rank);
 
-/* y = Lambda x, rows of the answer; x and y differ. */
-void TFA_V(lambda_mul)(struct state *s, const num *x, num *y);
-
-/* y = Lambda J M^-1 tau, without J M^-1 tau: as accurate as Lambda itself. Needs what force_rows
- * needs. */
-void TFA_V(lambda_force)(struct state *s, const num *tau, num *y);
+/* y = Lambda (J M^-1 tau - x), x in rows of the answer or NULL, without J M^-1 tau: as accurate as
+ * Lambda itself. Takes tau and needs what force_rows does. */
+void TFA_V(lambda_force)(struct state *s, const num *tau, const num *x, num *y);
 
 /* Lambda itself. Returns 1 when all of it is finite. */
 int TFA_V(lambda_dense)(struct state *s, double *out);

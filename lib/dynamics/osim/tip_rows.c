@@ -7,6 +7,7 @@
 
 #include "dynamics/core/recursions.h"
 #include "dynamics/osim/lambda.h"
+#include "layout/parent_transfer.h"
 #include "spatial/dense.h"
 
 /* ---- articulated bodies ---- */
@@ -93,18 +94,33 @@ static void articulated_rows(struct state *s, tfa_reference_frame frame)
     }
 }
 
-/* u = tau - H^T pA of the inward pass */
-static void articulated_force(const struct state *s, num *z)
+/* a_i = X_i a_parent + c_i, which the body has without qdd */
+TFA_INLINE svec acceleration_of_bias(struct state *s, uint32_t i, svec ground)
 {
+    const struct tfa_body *b = &s->body[i];
+    const svec a = motion_to_child(s, i, b, parent_motion(b, s->a, ground));
+    return s->a[i] = s->moving ? sv_add(a, s->c[i]) : a;
+}
+
+/* u = tau - H^T pA of the inward pass. With `biased` that pass was forward dynamics: u - U^T a is u
+ * of tau - h. */
+TFA_INLINE void articulated_force(struct state *s, int biased, num *z)
+{
+    const svec ground = {v3_zero(), v3_neg(s->gravity)};
     FOR_EACH_SUPPORT(s, i)
     {
         const struct tfa_body *b = &s->body[i];
+        const struct joint_nd *w = b->n > 1 ? &s->joint_nd[b->joint_nd] : NULL;
+        const svec a = biased ? acceleration_of_bias(s, i, ground) : sv_zero();
         num weight[6];
         joint_weights(s, i, weight);
-        for (uint32_t k = 0; k < b->n; k++)
-            z[k] = b->n == 1 ? s->u[i] : s->joint_nd[b->joint_nd].u[k];
+        for (uint32_t k = 0; k < b->n; k++) {
+            z[k] = b->n == 1 ? s->u[i] : w->u[k];
+            if (biased)
+                z[k] -= sv_dot(b->n == 1 ? s->U[i] : sv_from(w->U + 6 * k), a);
+        }
         if (b->n > 1)
-            ldl_lower_rows(s->joint_nd[b->joint_nd].L, (int)b->n, 6, z);
+            ldl_lower_rows(w->L, (int)b->n, 6, z);
         for (uint32_t k = 0; k < b->n; k++)
             z[k] *= weight[k];
         z += b->n;
@@ -155,10 +171,12 @@ void TFA_V(tip_rows)(struct state *s, tfa_reference_frame frame)
         articulated_rows(s, frame);
 }
 
-void TFA_V(force_rows)(const struct state *s, const num *tau, num *z)
+void TFA_V(force_rows)(struct state *s, const num *tau, num *z)
 {
-    if (s->m->mimics)
+    if (!tau)
+        articulated_force(s, 1, z);
+    else if (s->m->mimics)
         project(s, tau, 1, z);
     else
-        articulated_force(s, z);
+        articulated_force(s, 0, z);
 }

@@ -36,7 +36,8 @@ static inline num tip_row_scale(const struct state *s, uint32_t e)
 void TFA_V(tip_rows)(struct state *s, tfa_reference_frame frame);
 
 /* z = D^-1/2 L^-1 tau, so that J M^-1 tau = B^T z. Needs tip_rows and, without mimics, that a solve
- * by the same factors has just left tau - H^T pA of these forces. */
-void TFA_V(force_rows)(const struct state *s, const num *tau, num *z);
+ * by the same factors has just left tau - H^T pA of these forces. NULL: of s->tau - h, where
+ * forward dynamics by aba was that solve. */
+void TFA_V(force_rows)(struct state *s, const num *tau, num *z);
 
 #endif

@@ -134,7 +134,7 @@ int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa
                      : TFA_V(unload_qdd)(s, k, reply);
 #if NUM_LANES == 1 /* batches have no tips */
     if (finite && r->op == TFA_OP_TASK_TORQUES)
-        TFA_V(task_error)(s, r, k);
+        TFA_V(task_error)(s, r, k, !refined && method == TFA_METHOD_ABA, reply);
     if (finite && needs_lambda_inv(s, r, reply)) {
         (void)TFA_V(factor)(s, method); /* unless they are there */
         finite = TFA_V(lambda_after)(s, r, k, method, steps_of_tips(method, steps), reply);

@@ -32,7 +32,7 @@ static num *task_vector(const struct state *s, uint32_t which)
     return s->task + (size_t)which * all_tip_rows(s);
 }
 
-enum { ERROR, FORCE, OTHER_FORCE, UNREACHED = 4 };
+enum { ERROR, FORCE, UNREACHED = 4 };
 
 /* Returns 1 when all of it is finite. */
 static int store_rows(double *out, const num *x, size_t count)
@@ -45,13 +45,16 @@ static int store_rows(double *out, const num *x, size_t count)
     return sum == 0;
 }
 
-/* Where tip t is, how it moves, and its J-dot v, which goes with s->qdd */
-static void tip_bias(struct state *s, const tfa_request *r, uint32_t t, struct tip *at,
-                     struct tip_velocity *motion, num bias[6])
+/* J-dot v of tip t, which goes with s->qdd; and its acceleration, unless that is NULL */
+static void tip_bias(struct state *s, const tfa_request *r, uint32_t t, num bias[6], num x[6])
 {
-    TFA_V(tip_locate)(s, t, r->frame, at);
-    TFA_V(tip_velocity)(s, at, motion);
-    TFA_V(tip_acceleration)(s, at, motion, NULL, bias);
+    struct tip at;
+    struct tip_velocity motion;
+    TFA_V(tip_locate)(s, t, r->frame, &at);
+    TFA_V(tip_velocity)(s, &at, &motion);
+    TFA_V(tip_acceleration)(s, &at, &motion, NULL, bias);
+    if (x)
+        TFA_V(tip_acceleration)(s, &at, &motion, s->qdd, x);
 }
 
 /* ---- task torques ---- */
@@ -66,22 +69,23 @@ static void subtract_bias(struct state *s)
         s->task_force[j] = s->tau[j] - s->task_force[j];
 }
 
-void TFA_V(task_error)(struct state *s, const tfa_request *r, uint32_t k)
+void TFA_V(task_error)(struct state *s, const tfa_request *r, uint32_t k, int by_aba,
+                       const tfa_reply *reply)
 {
     const double *desired = r->task_acceleration + all_tip_rows(s) * k;
     for (uint32_t t = 0; t < s->tips; t++) {
-        struct tip at;
-        struct tip_velocity motion;
         num bias[6], x[6];
-        tip_bias(s, r, t, &at, &motion, bias);
-        TFA_V(tip_acceleration)(s, &at, &motion, s->qdd, x);
+        tip_bias(s, r, t, bias, reply->lost ? x : NULL);
         for (uint32_t e = 0; e < s->tip_rows; e++) {
             const uint32_t row = s->tip_rows * t + e;
             task_vector(s, ERROR)[row] = num_of(desired[row]) - bias[e];
-            task_vector(s, UNREACHED)[row] = num_of(desired[row]) - x[e];
+            if (reply->lost)
+                task_vector(s, UNREACHED)[row] = num_of(desired[row]) - x[e];
         }
     }
-    subtract_bias(s);
+    s->keeps_force = by_aba && !s->locked && !s->m->mimics && !HAS_MODES(s);
+    if (!s->keeps_force)
+        subtract_bias(s);
 }
 
 /* Factors for the tips, whichever method answers the rest */
@@ -98,40 +102,33 @@ static int factor_tips(struct state *s, const tfa_request *r, int estimated, tfa
     return 1;
 }
 
-/* y = Lambda J M^-1 tau */
-static void force_of(struct state *s, const num *tau, num *y)
+/* y = Lambda (J M^-1 tau - x) */
+static void force_of(struct state *s, const num *tau, const num *x, num *y)
 {
     if (!s->m->mimics)
         TFA_V(solve_free)(s, METHOD_OF_ESTIMATES, tau, s->dx);
-    TFA_V(lambda_force)(s, tau, y);
+    TFA_V(lambda_force)(s, tau, x, y);
 }
 
-/* F = Lambda (x_desired - J-dot v) - Lambda J M^-1 (tau_0 - h) */
-static void task_force(struct state *s)
-{
-    const size_t n = all_tip_rows(s);
-    num *F = task_vector(s, FORCE), *posture = task_vector(s, OTHER_FORCE);
-    TFA_V(lambda_mul)(s, task_vector(s, ERROR), F);
-    force_of(s, s->task_force, posture);
-    for (size_t e = 0; e < n; e++)
-        F[e] -= posture[e];
-}
-
-/* tau_0 + J^T F, where joints are not locked */
+/* -F = Lambda (J M^-1 (tau_0 - h) - (x_desired - J-dot v)) and tau_0 + J^T F, where joints are not
+ * locked */
 static int answer_torques(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply)
 {
     num *tau = s->res;
+    if (s->keeps_force)
+        TFA_V(lambda_force)(s, NULL, task_vector(s, ERROR), task_vector(s, FORCE));
+    else
+        force_of(s, s->task_force, task_vector(s, ERROR), task_vector(s, FORCE));
     TFA_V(tips_jacobian_tmul)(s, r->frame, task_vector(s, FORCE), tau);
     for (uint32_t j = 0; s->locked && j < s->freedoms; j++)
         if (s->lock[j])
             tau[j] = num_of(0);
     TFA_V(load_forces)(s, r->base_wrench, r->tau);
     for (uint32_t j = 0; j < s->freedoms; j++)
-        tau[j] += s->tau[j];
-    const int finite =
-        TFA_V(unload_force)(s, tau, reply->base_wrench ? reply->base_wrench + 6 * (size_t)k : NULL,
-                            reply->tau ? reply->tau + (size_t)s->m->v_count * k : NULL);
-    return finite ? TFA_OK : TFA_E_NOT_COMPUTED;
+        tau[j] = s->tau[j] - tau[j];
+    return TFA_V(unload_force)(s, tau,
+                               reply->base_wrench ? reply->base_wrench + 6 * (size_t)k : NULL,
+                               reply->tau ? reply->tau + (size_t)s->m->v_count * k : NULL);
 }
 
 /* ---- operational-space forces ---- */
@@ -140,32 +137,26 @@ static int answer_p(struct state *s, uint32_t k, tfa_reply *reply)
 {
     const size_t n = all_tip_rows(s);
     TFA_V(gravity_force)(s, s->res);
-    force_of(s, s->res, task_vector(s, FORCE));
+    force_of(s, s->res, NULL, task_vector(s, FORCE));
     return store_rows(reply->p + n * k, task_vector(s, FORCE), n);
 }
 
 static int answer_mu(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply)
 {
     const size_t n = all_tip_rows(s);
-    num *bias = task_vector(s, ERROR), *mu = task_vector(s, FORCE),
-        *other = task_vector(s, OTHER_FORCE);
+    num *bias = task_vector(s, ERROR), *mu = task_vector(s, FORCE);
     TFA_V(external_force)(s, s->tau);
     TFA_V(velocity_force)(s, s->res);
     TFA_V(damping_force)(s, s->dx);
     for (uint32_t j = 0; j < s->freedoms; j++)
         s->res[j] += s->tau[j] + s->dx[j];
     for (uint32_t t = 0; t < s->tips; t++) {
-        struct tip at;
-        struct tip_velocity motion;
         num x[6];
-        tip_bias(s, r, t, &at, &motion, x);
+        tip_bias(s, r, t, x, NULL);
         for (uint32_t e = 0; e < s->tip_rows; e++)
             bias[s->tip_rows * t + e] = x[e];
     }
-    force_of(s, s->res, mu);
-    TFA_V(lambda_mul)(s, bias, other);
-    for (size_t e = 0; e < n; e++)
-        mu[e] -= other[e];
+    force_of(s, s->res, bias, mu);
     return store_rows(reply->mu + n * k, mu, n);
 }
 
@@ -202,12 +193,7 @@ int TFA_V(answer_operational)(struct state *s, const tfa_request *r, uint32_t k,
         reply->index = rank.rank;
         return TFA_E_RANK;
     }
-    int status = TFA_OK;
-    if (r->op == TFA_OP_TASK_TORQUES) {
-        task_force(s);
-        status = answer_torques(s, r, k, reply);
-    }
-    int finite = status == TFA_OK;
+    int finite = r->op != TFA_OP_TASK_TORQUES || answer_torques(s, r, k, reply);
     if (r->flags & TFA_WANT_LAMBDA && reply->lambda)
         finite &= TFA_V(lambda_dense)(s, reply->lambda + n * n * k);
     if (r->flags & TFA_WANT_P && reply->p)

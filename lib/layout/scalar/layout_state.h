@@ -120,7 +120,7 @@ struct modal_handle {
     ARRAY(num, eigenvalue, STATE_COLUMNS, "1/kg", "tip", "lambda_factor: of lambda")               \
     ARRAY(num, gain, STATE_COLUMNS, "kg", "tip", "lambda_factor: 1 / eigenvalue, or less")         \
     ARRAY(num, arm, 3 * STATE_TIPS, "m", "world", "lambda_factor: to the tip's point")             \
-    ARRAY(num, coefficient, 2 * STATE_ROW, "", "tip", "lambda_factor, lambda_mul: scratch")        \
+    ARRAY(num, coefficient, 2 * STATE_ROW, "", "tip", "lambda_factor, lambda_force: scratch")      \
     ARRAY(num, force_row, STATE_TIPS ? nv : 0, "N kg^-1/2", "joint", "lambda_force: scratch")      \
     ARRAY(num, task, 5 * STATE_COLUMNS, "", "tip", "task: accelerations, forces, scratch")         \
     ARRAY(num, task_force, STATE_TIPS ? nv : 0, "N m, N", "joint", "task: posture torques - h")    \

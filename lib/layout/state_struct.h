@@ -173,7 +173,7 @@ struct state {
     uint32_t tip[TFA_MAX_TIPS];
     int keeps_psi;         /* Lambda is asked for: propagation is to keep psi of one tip */
     int32_t psi_frame;     /* tfa_reference_frame of psi that a propagation kept; -1: none */
-    int keeps_force;       /* s->u and joint_nd are those that aba left of s->tau with its bias */
+    int keeps_force;       /* task: aba leaves what it makes of s->tau in u, and no qdd */
     uint32_t tip_freedoms; /* tip_rows: rows of B */
     uint32_t tip_rank;     /* lambda_factor: of B, all but rounding */
     int spectral;          /* lambda_factor: singular directions stand in `direction` */

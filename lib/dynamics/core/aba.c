@@ -35,7 +35,7 @@ void TFA_V(aba)(struct state *s, const num *tau, num *qdd)
     have_aba(s);
     if (HAS_MODES(s))
         TFA_V(modes_outward)(s, ground, qdd, s->moving);
-    else
+    else if (qdd)
         outward(s, ground, qdd, s->moving);
 }
 

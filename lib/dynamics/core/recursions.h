@@ -28,7 +28,8 @@ void TFA_V(rnea_perturbed)(struct state *s, const num *qdd, num *tau, int bias);
 
 /* ---- articulated-body algorithm: Featherstone 2008, table 7.1 ---- */
 
-/* Forward dynamics in one go: factors and qdd = M^-1 (tau - h). O(N) */
+/* Forward dynamics in one go: factors and qdd = M^-1 (tau - h). NULL, of rigid bodies: no more than
+ * the forces u that are left at the joints. O(N) */
 void TFA_V(aba)(struct state *s, const num *tau, num *qdd);
 
 /* IA, U, D only. Both use those that are there. */

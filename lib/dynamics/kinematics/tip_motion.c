@@ -39,7 +39,7 @@ void TFA_V(tip_locate)(struct state *s, uint32_t t, tfa_reference_frame mode, st
     out->moved = 0;
     out->handle = s->m->frame[frame].handle;
     out->axes = at.E;
-    out->origin = at.r;
+    out->p = vec3_simd_of(at.r.x, at.r.y, at.r.z);
     if (body >= 0) {
         out->length = s->body[body].depth;
         out->moved = TFA_V(frame_freedoms)(s, frame);
@@ -48,10 +48,12 @@ void TFA_V(tip_locate)(struct state *s, uint32_t t, tfa_reference_frame mode, st
         else
             locate_support(s, body, out->length);
         s->located |= 1u << t;
-        world_frame(&s->world[body], &out->axes, &out->origin);
+        out->p = point_in_world(&s->world[body], at.r);
+        if (mode == TFA_FRAME_LOCAL)
+            out->axes = axes_in_world(&s->world[body], at.E);
     }
-    const vec3 p = mode == TFA_FRAME_WORLD ? v3_zero() : out->origin;
-    out->p = vec3_simd_of(p.x, p.y, p.z);
+    if (mode == TFA_FRAME_WORLD)
+        out->p = vec3_simd_of(num_of(0), num_of(0), num_of(0));
 }
 
 /* Freedoms of the body at place k of the support that move the tip */
@@ -174,8 +176,12 @@ TFA_INLINE int pass(const struct state *s, const struct tip *t, uint32_t rows, d
             if (is_fused(s->body[i].kind))
                 before = v;
         }
-        if (motion && handle_behind(s, t, k) >= 0)
-            add_modes(s, t, i, handle_behind(s, t, k), &v, &product);
+        if (motion && handle_behind(s, t, k) >= 0) {
+            struct motion_simd in_memory[2] = {v, product}; /* or the sums never are in registers */
+            add_modes(s, t, i, handle_behind(s, t, k), &in_memory[0], &in_memory[1]);
+            v = in_memory[0];
+            product = in_memory[1];
+        }
     }
     if (motion)
         *motion = (struct tip_velocity){v, product, s->boosted, zero};

@@ -18,8 +18,7 @@ struct tip {
     uint32_t length; /* bodies of its support, in s->tip_path, root first; 0: fixed to the world */
     uint32_t moved;  /* freedoms of the last body's joint that move it */
     int32_t handle;  /* of the last body, a flexible one, on which it rides; or -1 */
-    mat3 axes;       /* of the frame in the world, by columns */
-    vec3 origin;     /* of the frame in the world */
+    mat3 axes;       /* of the frame, by columns: in the world if they are asked for */
     vec3_simd p;     /* point that its motion is about, world */
 };
 

@@ -24,16 +24,20 @@ TFA_INLINE struct world_pose world_pose_step(const xform *X, const struct world_
 /* World poses of all bodies. Needs the pose. O(N) */
 void TFA_V(world_poses)(struct state *s);
 
-/* Axes (columns) and origin of a frame of a body: from the body's to the world's */
-static inline void world_frame(const struct world_pose *W, mat3 *axes, vec3 *origin)
+/* Axes (columns) of a frame of a body, and a point of it: from the body's to the world's */
+static inline mat3 axes_in_world(const struct world_pose *W, mat3 axes)
 {
     const struct mat3_simd R = mat3_simd_transpose(&W->E);
     mat3 E;
     num *const e = &E.xx;
     for (int k = 0; k < 9; k++)
         e[k] = vec3_simd_lane(&R.row[k / 3], k % 3);
-    *axes = m3_mm(E, *axes);
-    *origin = v3_add(vec3_of_simd(W->r), m3_mul(E, *origin));
+    return m3_mm(E, axes);
+}
+
+static inline vec3_simd point_in_world(const struct world_pose *W, vec3 p)
+{
+    return vec3_simd_add(W->r, mat3_simd_apply_t(&W->E, p));
 }
 
 /* A motion in world axes */

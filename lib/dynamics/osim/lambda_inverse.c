@@ -17,12 +17,11 @@ static void find_arms(struct state *s, const tfa_request *r)
 {
     const int moved = tip_metric_frame(r) != r->frame;
     for (uint32_t t = 0; t < s->tips; t++) {
-        struct tip at = {.origin = v3_zero()};
+        struct tip at = {.p = vec3_simd_of(num_of(0), num_of(0), num_of(0))};
         if (moved)
             TFA_V(tip_locate)(s, t, TFA_FRAME_LOCAL_WORLD_ALIGNED, &at);
-        s->arm[3 * t] = at.origin.x;
-        s->arm[3 * t + 1] = at.origin.y;
-        s->arm[3 * t + 2] = at.origin.z;
+        for (int e = 0; e < 3; e++)
+            s->arm[3 * t + (uint32_t)e] = vec3_simd_lane(&at.p, e);
     }
 }
 

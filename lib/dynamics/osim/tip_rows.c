@@ -36,12 +36,10 @@ static inline void joint_weights(const struct state *s, uint32_t i, num weight[6
 }
 
 /* weight y in the metric, the numbers of a tip in a row of B */
-static inline void put_tip(const struct state *s, num weight, vec6 y, num *out)
+static inline void put_tip(const struct state *s, const vec6 *metric, num weight, vec6 y, num *out)
 {
-    const num w = weight * s->tip_length;
-    const vec6 metric = vec6_concat(vec3_simd_of(weight, weight, weight), vec3_simd_of(w, w, w));
     for (int v = 0; v < VEC6_VECS; v++)
-        y.vec[v] *= metric.vec[v];
+        y.vec[v] *= weight * metric->vec[v];
     if (s->tip_rows == 6)
         vec6_store(out, &y);
     else
@@ -50,7 +48,8 @@ static inline void put_tip(const struct state *s, num weight, vec6 y, num *out)
 }
 
 /* Rows of B from `out` on: those of the n freedoms of body i */
-TFA_INLINE void put_joint(const struct state *s, uint32_t i, uint32_t n, uint32_t tips, num *out)
+TFA_INLINE void put_joint(const struct state *s, const vec6 *metric, uint32_t i, uint32_t n,
+                          uint32_t tips, num *out)
 {
     const struct tfa_body *b = &s->body[i];
     const uint32_t stride = tip_stride(s);
@@ -66,7 +65,7 @@ TFA_INLINE void put_joint(const struct state *s, uint32_t i, uint32_t n, uint32_
         if (n > 1)
             vec6_ldl_lower(s->joint_nd[b->joint_nd].L, n, y);
         for (uint32_t k = 0; k < n; k++)
-            put_tip(s, weight[k], y[k], out + stride * k);
+            put_tip(s, metric, weight[k], y[k], out + stride * k);
     }
 }
 
@@ -78,6 +77,8 @@ TFA_INLINE void put_joint(const struct state *s, uint32_t i, uint32_t n, uint32_
 
 static void articulated_rows(struct state *s, tfa_reference_frame frame)
 {
+    const num one = num_of(1), l = s->tip_length;
+    const vec6 metric = vec6_concat(vec3_simd_of(one, one, one), vec3_simd_of(l, l, l));
     num *out = s->phi;
     if (s->psi_frame != (int32_t)frame)
         propagate_tips(s, frame);
@@ -86,9 +87,9 @@ static void articulated_rows(struct state *s, tfa_reference_frame frame)
     {
         const uint32_t n = s->body[i].n;
         if (n == 1 && s->tips == 1)
-            put_joint(s, i, 1, 1, out);
+            put_joint(s, &metric, i, 1, 1, out);
         else
-            put_joint(s, i, n, s->tips, out);
+            put_joint(s, &metric, i, n, s->tips, out);
         s->tip_freedoms += n;
         out += (size_t)tip_stride(s) * n;
     }
@@ -110,17 +111,17 @@ TFA_INLINE void articulated_force(struct state *s, int biased, num *z)
     FOR_EACH_SUPPORT(s, i)
     {
         const struct tfa_body *b = &s->body[i];
-        const struct joint_nd *w = b->n > 1 ? &s->joint_nd[b->joint_nd] : NULL;
         const svec a = biased ? acceleration_of_bias(s, i, ground) : sv_zero();
         num weight[6];
         joint_weights(s, i, weight);
-        for (uint32_t k = 0; k < b->n; k++) {
-            z[k] = b->n == 1 ? s->u[i] : w->u[k];
-            if (biased)
-                z[k] -= sv_dot(b->n == 1 ? s->U[i] : sv_from(w->U + 6 * k), a);
+        if (b->n == 1) {
+            *z++ = weight[0] * (biased ? s->u[i] - sv_dot(s->U[i], a) : s->u[i]);
+            continue;
         }
-        if (b->n > 1)
-            ldl_lower_rows(w->L, (int)b->n, 6, z);
+        const struct joint_nd *w = &s->joint_nd[b->joint_nd];
+        for (uint32_t k = 0; k < b->n; k++)
+            z[k] = biased ? w->u[k] - sv_dot(sv_from(w->U + 6 * k), a) : w->u[k];
+        ldl_lower_rows(w->L, (int)b->n, 6, z);
         for (uint32_t k = 0; k < b->n; k++)
             z[k] *= weight[k];
         z += b->n;

@@ -97,9 +97,8 @@ int TFA_V(answer_derivatives)(struct state *s, const tfa_request *r, uint32_t k,
 int TFA_V(answer_inverse_derivatives)(struct state *s, const tfa_request *r, uint32_t k,
                                       tfa_reply *reply, tfa_answer *out);
 /* Desired accelerations of the tips and posture forces, for answer_operational. Needs s->qdd and
- * s->tau; writes s->dx, s->a and s->f. `by_aba`: it was the last to solve, for s->tau. */
-void TFA_V(task_error)(struct state *s, const tfa_request *r, uint32_t k, int by_aba,
-                       const tfa_reply *reply);
+ * s->tau; writes s->dx, s->a and s->f. With s->keeps_force there are neither qdd nor forces. */
+void TFA_V(task_error)(struct state *s, const tfa_request *r, uint32_t k);
 /* Task torques, lambda, mu and p. Returns TFA_OK, TFA_E_RANK or TFA_E_NOT_COMPUTED. */
 int TFA_V(answer_operational)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
                               tfa_answer *answer);

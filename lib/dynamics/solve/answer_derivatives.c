@@ -50,11 +50,13 @@ static uint32_t held_wrenches(const struct state *s, const tfa_request *r, uint3
         held->freedoms = TFA_V(frame_freedoms)(s, frame);
         if (r->frame == TFA_FRAME_LOCAL && held->freedoms == s->body[held->body].n)
             continue;
-        xform at = frame_in_body(s, frame);
-        world_frame(&s->world[held->body], &at.E, &at.r);
-        held->at = v3_sub(r->frame == TFA_FRAME_WORLD ? v3_zero() : at.r, origin);
+        const xform at = frame_in_body(s, frame);
+        const struct world_pose *W = &s->world[held->body];
+        const mat3 axes = axes_in_world(W, at.E);
+        const vec3 p = vec3_of_simd(point_in_world(W, at.r));
+        held->at = v3_sub(r->frame == TFA_FRAME_WORLD ? v3_zero() : p, origin);
         held->wrench = world_wrench(r->wrenches + 6 * ((size_t)r->wrench_count * k + w),
-                                    r->frame == TFA_FRAME_LOCAL ? &at.E : NULL, held->at);
+                                    r->frame == TFA_FRAME_LOCAL ? &axes : NULL, held->at);
         count++;
     }
     return count;

@@ -91,6 +91,13 @@ static int needs_lambda_inv(const struct state *s, const tfa_request *r, const t
            (reply->lambda_inv || r->flags & FLAGS_LAMBDA || r->op == TFA_OP_TASK_TORQUES);
 }
 
+/* Task torques take what the inward pass of aba leaves, where nothing else reads qdd. */
+static int takes_force(const struct state *s, const tfa_request *r, tfa_method method, int refined)
+{
+    return r->op == TFA_OP_TASK_TORQUES && method == TFA_METHOD_ABA && !refined && !s->locked &&
+           !s->m->mimics && !HAS_MODES(s);
+}
+
 /* Force propagation is not refined. */
 static uint32_t steps_of_tips(tfa_method method, uint32_t steps)
 {
@@ -104,9 +111,16 @@ int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa
     tfa_method method = s->by.method;
     uint32_t steps = TFA_V(refine_steps)(s, r, method);
     int with_estimate = TFA_V(wants_estimate)(r, method), valid = 1;
+#if NUM_LANES == 1
+    s->keeps_force = takes_force(s, r, method, steps > 0 || with_estimate);
+#endif
     int status = TFA_V(forward_dynamics)(s, method);
     if (status != TFA_OK)
         return status;
+    if (s->keeps_force && TFA_V(sentinel_of)(s, method)) {
+        s->keeps_force = 0;
+        (void)TFA_V(forward_dynamics)(s, method);
+    }
     if (s->stalled) {
         out->flags |= TFA_ANSWER_FALLBACK | TFA_ANSWER_STALLED;
         method = TFA_V(fallback)(s, method);
@@ -129,12 +143,13 @@ int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa
                                                             : ESTIMATE_NOT,
                         &valid, out);
     out->method = (uint16_t)method;
-    int finite = refined && s->residual_kernel
+    int finite = s->keeps_force ? 1
+                 : refined && s->residual_kernel
                      ? s->residual_kernel->kernel->unload(s->residual_kernel->state, k, reply)
                      : TFA_V(unload_qdd)(s, k, reply);
 #if NUM_LANES == 1 /* batches have no tips */
     if (finite && r->op == TFA_OP_TASK_TORQUES)
-        TFA_V(task_error)(s, r, k, !refined && method == TFA_METHOD_ABA, reply);
+        TFA_V(task_error)(s, r, k);
     if (finite && needs_lambda_inv(s, r, reply)) {
         (void)TFA_V(factor)(s, method); /* unless they are there */
         finite = TFA_V(lambda_after)(s, r, k, method, steps_of_tips(method, steps), reply);

@@ -77,14 +77,18 @@ static void quaternion(const double R[9], double q[4])
             q[e] = -q[e];
 }
 
-/* Position and quaternion of a frame with these axes (columns) */
-static void store_pose(double out[7], mat3 axes, vec3 origin)
+/* Position and quaternion of a frame. Returns 1 when all of it is finite. */
+static int store_pose(const struct state *s, uint32_t frame, double out[7])
 {
+    const int32_t body = s->m->frame[frame].body;
+    const xform at = frame_in_body(s, frame);
+    const mat3 axes = body < 0 ? at.E : axes_in_world(&s->world[body], at.E);
     const double R[9] = {(double)axes.xx, (double)axes.xy, (double)axes.xz,
                          (double)axes.yx, (double)axes.yy, (double)axes.yz,
                          (double)axes.zx, (double)axes.zy, (double)axes.zz};
-    store_vec3(out, origin);
+    store_vec3(out, body < 0 ? at.r : vec3_of_simd(point_in_world(&s->world[body], at.r)));
     quaternion(R, out + 3);
+    return is_finite(out, 7);
 }
 
 /* ---- tips ---- */
@@ -109,10 +113,8 @@ static int answer_tip(struct state *s, const tfa_request *r, uint32_t flags, siz
     } else if (flags & moves) {
         TFA_V(tip_velocity)(s, &at, &motion);
     }
-    if (flags & TFA_WANT_POSES && reply->poses) {
-        store_pose(reply->poses + 7 * tip, at.axes, at.origin);
-        finite &= is_finite(reply->poses + 7 * tip, 7);
-    }
+    if (flags & TFA_WANT_POSES && reply->poses)
+        finite &= store_pose(s, s->tip[t], reply->poses + 7 * tip);
     if (flags & TFA_WANT_TWISTS && reply->twists) {
         TFA_V(tip_twist)(&at, &motion, x);
         store(reply->twists + 6 * tip, x, 6);
@@ -131,14 +133,8 @@ static int answer_tip(struct state *s, const tfa_request *r, uint32_t flags, siz
 static int answer_frame_poses(struct state *s, double *out)
 {
     int finite = 1;
-    for (uint32_t f = 0; f < s->m->frames; f++, out += 7) {
-        const int32_t body = s->m->frame[f].body;
-        xform at = frame_in_body(s, f);
-        if (body >= 0)
-            world_frame(&s->world[body], &at.E, &at.r);
-        store_pose(out, at.E, at.r);
-        finite &= is_finite(out, 7);
-    }
+    for (uint32_t f = 0; f < s->m->frames; f++)
+        finite &= store_pose(s, f, out + 7 * (size_t)f);
     return finite;
 }
 

@@ -45,16 +45,14 @@ static int store_rows(double *out, const num *x, size_t count)
     return sum == 0;
 }
 
-/* J-dot v of tip t, which goes with s->qdd; and its acceleration, unless that is NULL */
-static void tip_bias(struct state *s, const tfa_request *r, uint32_t t, num bias[6], num x[6])
+/* J-dot v of tip t, which goes with s->qdd */
+static void tip_bias(struct state *s, const tfa_request *r, uint32_t t, num bias[6])
 {
     struct tip at;
     struct tip_velocity motion;
     TFA_V(tip_locate)(s, t, r->frame, &at);
     TFA_V(tip_velocity)(s, &at, &motion);
     TFA_V(tip_acceleration)(s, &at, &motion, NULL, bias);
-    if (x)
-        TFA_V(tip_acceleration)(s, &at, &motion, s->qdd, x);
 }
 
 /* ---- task torques ---- */
@@ -69,23 +67,34 @@ static void subtract_bias(struct state *s)
         s->task_force[j] = s->tau[j] - s->task_force[j];
 }
 
-void TFA_V(task_error)(struct state *s, const tfa_request *r, uint32_t k, int by_aba,
-                       const tfa_reply *reply)
+/* x_desired - J-dot v - J qdd_0 */
+static void find_unreached(struct state *s, const tfa_request *r)
+{
+    for (uint32_t t = 0; t < s->tips; t++) {
+        struct tip at;
+        num x[6];
+        TFA_V(tip_locate)(s, t, r->frame, &at);
+        TFA_V(tip_jacobian_mul)(s, &at, s->qdd, x);
+        for (uint32_t row = s->tip_rows * t, e = 0; e < s->tip_rows; e++, row++)
+            task_vector(s, UNREACHED)[row] = task_vector(s, ERROR)[row] - x[e];
+    }
+}
+
+void TFA_V(task_error)(struct state *s, const tfa_request *r, uint32_t k)
 {
     const double *desired = r->task_acceleration + all_tip_rows(s) * k;
     for (uint32_t t = 0; t < s->tips; t++) {
-        num bias[6], x[6];
-        tip_bias(s, r, t, bias, reply->lost ? x : NULL);
+        num bias[6];
+        tip_bias(s, r, t, bias);
         for (uint32_t e = 0; e < s->tip_rows; e++) {
             const uint32_t row = s->tip_rows * t + e;
             task_vector(s, ERROR)[row] = num_of(desired[row]) - bias[e];
-            if (reply->lost)
-                task_vector(s, UNREACHED)[row] = num_of(desired[row]) - x[e];
         }
     }
-    s->keeps_force = by_aba && !s->locked && !s->m->mimics && !HAS_MODES(s);
-    if (!s->keeps_force)
-        subtract_bias(s);
+    if (s->keeps_force)
+        return;
+    find_unreached(s, r);
+    subtract_bias(s);
 }
 
 /* Factors for the tips, whichever method answers the rest */
@@ -123,7 +132,8 @@ static int answer_torques(struct state *s, const tfa_request *r, uint32_t k, tfa
     for (uint32_t j = 0; s->locked && j < s->freedoms; j++)
         if (s->lock[j])
             tau[j] = num_of(0);
-    TFA_V(load_forces)(s, r->base_wrench, r->tau);
+    if (!s->keeps_force || s->has_passive_force)
+        TFA_V(load_forces)(s, r->base_wrench, r->tau);
     for (uint32_t j = 0; j < s->freedoms; j++)
         tau[j] = s->tau[j] - tau[j];
     return TFA_V(unload_force)(s, tau,
@@ -152,7 +162,7 @@ static int answer_mu(struct state *s, const tfa_request *r, uint32_t k, tfa_repl
         s->res[j] += s->tau[j] + s->dx[j];
     for (uint32_t t = 0; t < s->tips; t++) {
         num x[6];
-        tip_bias(s, r, t, x, NULL);
+        tip_bias(s, r, t, x);
         for (uint32_t e = 0; e < s->tip_rows; e++)
             bias[s->tip_rows * t + e] = x[e];
     }
@@ -176,8 +186,13 @@ static void store_rank(struct state *s, const tfa_request *r, uint32_t k, tfa_ra
     if (r->op != TFA_OP_TASK_TORQUES)
         for (size_t e = 0; e < n; e++)
             task_vector(s, UNREACHED)[e] = num_of(0);
-    if (rank->lost)
-        TFA_V(lambda_lost)(s, task_vector(s, UNREACHED), lost);
+    if (!rank->lost)
+        return;
+    if (s->keeps_force) {
+        TFA_V(aba)(s, s->tau, s->qdd); /* leaves the same forces */
+        find_unreached(s, r);
+    }
+    TFA_V(lambda_lost)(s, task_vector(s, UNREACHED), lost);
 }
 
 int TFA_V(answer_operational)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,

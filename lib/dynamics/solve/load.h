@@ -29,6 +29,7 @@ static inline void load_indices(struct state *s, const tfa_request *r, uint32_t 
     s->tip_rows = rows_of(r);
     s->keeps_psi = r->op == TFA_OP_TASK_TORQUES || (r->flags & FLAGS_LAMBDA) != 0;
     s->psi_frame = -1;
+    s->keeps_force = 0;
     for (uint32_t t = 0; t < r->tip_count; t++)
         s->tip[t] = r->tips[t];
 }

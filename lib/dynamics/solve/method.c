@@ -33,7 +33,7 @@ static void articulated_forward(struct state *s)
     if (s->locked)
         TFA_V(lock)(s, s->tau, s->qdd);
     else
-        TFA_V(aba)(s, s->tau, s->qdd);
+        TFA_V(aba)(s, s->tau, s->keeps_force ? NULL : s->qdd);
 }
 
 /* ---- the mass matrix ---- */

@@ -237,12 +237,36 @@ size_t tfa_wire_copied_bytes(const tfa_wire_shape *shape, const void *copy)
     return request_size(line->present & ALL_BLOCKS, &n);
 }
 
-void tfa_wire_copy_request(const tfa_wire_shape *shape, const void *slot, void *copy)
+static bool has_form(const tfa_wire_form *form, const void *copy)
+{
+    const unsigned char *at = (const unsigned char *)copy + TFA_WIRE_FORM_AT;
+    uint64_t different = form->bytes == 0;
+    for (size_t k = 0; k < sizeof form->line; k += 8) {
+        uint64_t a, b;
+        memcpy(&a, form->line + k, 8);
+        memcpy(&b, at + k, 8);
+        different |= a ^ b;
+    }
+    return different == 0;
+}
+
+bool tfa_wire_copy_request(const tfa_wire_shape *shape, const tfa_wire_form *form, const void *slot,
+                           void *copy)
 {
     memcpy(copy, slot, TFA_WIRE_LINE);
-    const size_t size = tfa_wire_copied_bytes(shape, copy);
+    const bool same = has_form(form, copy);
+    const size_t size = same ? form->bytes : tfa_wire_copied_bytes(shape, copy);
     memcpy((unsigned char *)copy + TFA_WIRE_LINE, (const unsigned char *)slot + TFA_WIRE_LINE,
            size - TFA_WIRE_LINE);
+    return same;
+}
+
+void tfa_wire_keep_form(const tfa_wire_shape *shape, const void *copy,
+                        const tfa_wire_reply_shape *reply_shape, tfa_wire_form *form)
+{
+    memcpy(form->line, (const unsigned char *)copy + TFA_WIRE_FORM_AT, sizeof form->line);
+    form->bytes = tfa_wire_copied_bytes(shape, copy);
+    form->reply_shape = *reply_shape;
 }
 
 static void decode_line(const tfa_wire_request *line, tfa_request *r)
@@ -294,4 +318,14 @@ int tfa_wire_decode_request(const tfa_wire_shape *shape, const void *copy, tfa_r
     point_into(shape, line->present & ALL_BLOCKS, &n, at, request);
     *invalid_field = TFA_FIELD_NONE;
     return TFA_OK;
+}
+
+void tfa_wire_decode_again(const tfa_wire_shape *shape, const void *copy, tfa_request *request)
+{
+    const tfa_wire_request *line = copy;
+    request->estimate = (tfa_estimate)line->estimate;
+    if (line->tip_count | line->wrench_count | line->payload_count) {
+        const tfa_extents n = counts_of_line(shape, line);
+        read_frames((const unsigned char *)copy + TFA_WIRE_LINE, request, &n);
+    }
 }

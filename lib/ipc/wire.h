@@ -12,6 +12,7 @@
 #define TFA_IPC_WIRE_H
 
 #include <stdatomic.h>
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <totalforce/dynamics.h>
@@ -51,6 +52,16 @@ typedef struct tfa_wire_reply {
     uint32_t index, state;
     uint32_t reserved[5]; /**< 0 */
 } tfa_wire_reply;
+
+/** The form of the last request that was decoded from a copy: its line from `want` on, and what
+ *  follows from that. Requests of one form differ in id, time, frame indices and numbers. Private
+ *  memory of the worker; {0}: none was. */
+#define TFA_WIRE_FORM_AT offsetof(tfa_wire_request, want)
+typedef struct tfa_wire_form {
+    unsigned char line[TFA_WIRE_LINE - TFA_WIRE_FORM_AT];
+    size_t bytes; /**< of a copy; 0: no form */
+    tfa_wire_reply_shape reply_shape;
+} tfa_wire_form;
 
 _Static_assert(sizeof(tfa_wire_request) == TFA_WIRE_LINE, "a request's line");
 _Static_assert(sizeof(tfa_wire_reply) == TFA_WIRE_LINE, "a reply's line");
@@ -93,8 +104,11 @@ size_t tfa_wire_copied_bytes(const tfa_wire_shape *shape, const void *copy);
 /**
  * Copies a slot once into private memory: the line, then the payload that the copied line states,
  * at most tfa_wire_request_capacity bytes. Nothing in it is trusted.
+ * @return the copy has this form: a request decoded from the same copy before is valid again after
+ *         tfa_wire_decode_again
  */
-void tfa_wire_copy_request(const tfa_wire_shape *shape, const void *slot, void *copy);
+bool tfa_wire_copy_request(const tfa_wire_shape *shape, const tfa_wire_form *form, const void *slot,
+                           void *copy);
 
 /**
  * Decodes a private copy into a request whose arrays point into the copy.
@@ -104,9 +118,20 @@ void tfa_wire_copy_request(const tfa_wire_shape *shape, const void *slot, void *
 int tfa_wire_decode_request(const tfa_wire_shape *shape, const void *copy, tfa_request *request,
                             tfa_wire_reply_shape *reply_shape, tfa_field *invalid_field);
 
+/** Keeps the form of a copy that was decoded to a reply of this shape. */
+void tfa_wire_keep_form(const tfa_wire_shape *shape, const void *copy,
+                        const tfa_wire_reply_shape *reply_shape, tfa_wire_form *form);
+
+/** Reads the frame indices, and the estimate, which an estimate policy may have settled, of a copy
+ *  that has the form of `request`. */
+void tfa_wire_decode_again(const tfa_wire_shape *shape, const void *copy, tfa_request *request);
+
 /** Points the buffers of a reply into a reply slot; those of blocks not wanted become NULL. */
 void tfa_wire_reply_buffers(const tfa_wire_shape *shape, const tfa_wire_reply_shape *reply_shape,
                             void *slot, tfa_reply *reply);
+
+/** Moves the buffers of these blocks from the slot that they point into to another one. */
+void tfa_wire_move_buffers(uint64_t want, const void *from, void *to, tfa_reply *reply);
 
 /** Bytes of a reply with its line. */
 size_t tfa_wire_reply_bytes(const tfa_wire_shape *shape, const tfa_wire_reply_shape *reply_shape);

@@ -161,8 +161,8 @@ static inline tfa_wire_reply_shape tfa_wire_reply_shape_of(const tfa_wire_shape 
 /** True if a reply of this status carries answers. */
 static inline int tfa_wire_has_answers(int status)
 {
-    return status == TFA_OK || status == TFA_E_NOT_COMPUTED || status == TFA_E_SINGULAR ||
-           status == TFA_E_RANK;
+    return __builtin_expect(status == TFA_OK, 1) || status == TFA_E_NOT_COMPUTED ||
+           status == TFA_E_SINGULAR || status == TFA_E_RANK;
 }
 
 #endif

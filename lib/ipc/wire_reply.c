@@ -118,6 +118,16 @@ void tfa_wire_reply_buffers(const tfa_wire_shape *shape, const tfa_wire_reply_sh
     }
 }
 
+void tfa_wire_move_buffers(uint64_t want, const void *from, void *to, tfa_reply *reply)
+{
+    for (uint64_t bits = want; bits; bits &= bits - 1) {
+        const tfa_output *output = &tfa_outputs[__builtin_ctzll(bits)];
+        const unsigned char *at = tfa_output_buffer(output, reply);
+        tfa_output_set_buffer(output, reply,
+                              (unsigned char *)to + (at - (const unsigned char *)from));
+    }
+}
+
 size_t tfa_wire_reply_bytes(const tfa_wire_shape *shape, const tfa_wire_reply_shape *reply_shape)
 {
     return TFA_WIRE_LINE + blocks_width(shape, reply_shape->want, reply_shape);

@@ -3,21 +3,20 @@
  *
  * The handler of SIGBUS and its table.
  *
- * Atomics: B1 base store release (size is written before) <-> B2 handler's load acquire. The reader
- * who faults is a thread that was given the mapping after B1. B3 hit store relaxed <-> B4 load
- * relaxed: the same thread, in its handler and after it.
+ * Atomics: B1 base store release (size and lost are written before) <-> B2 handler's load acquire.
+ * The reader who faults is a thread that was given the mapping after B1. B3 *lost store relaxed <->
+ * B4 load relaxed: the same thread, in its handler and after it.
  */
 #include "sigbus.h"
 
 #include <signal.h>
-#include <stdatomic.h>
 #include <stdint.h>
 #include <sys/mman.h>
 
 typedef struct guard {
     _Atomic uintptr_t base; /* 0: free; 1: being filled */
     _Atomic size_t size;
-    _Atomic bool hit;
+    _Atomic(_Atomic bool *) lost;
 } guard;
 
 static guard table[TFA_SIGBUS_GUARDS];
@@ -44,7 +43,8 @@ static void on_sigbus(int signal_number, siginfo_t *info, void *context)
         void *zeros = mmap(base, size, PROT_READ | PROT_WRITE,
                            MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED, -1, 0);
         if (zeros == base) {
-            atomic_store_explicit(&g->hit, true, memory_order_relaxed); /* B3 */
+            atomic_store_explicit(atomic_load_explicit(&g->lost, memory_order_relaxed), true,
+                                  memory_order_relaxed); /* B3 */
             return;
         }
     }
@@ -58,7 +58,7 @@ int tfa_sigbus_install(void)
     return sigaction(SIGBUS, &action, NULL) == 0 ? TFA_OK : TFA_E_SYSTEM;
 }
 
-int tfa_sigbus_guard(const void *base, size_t size)
+int tfa_sigbus_guard(const void *base, size_t size, _Atomic bool *lost)
 {
     for (int i = 0; i < TFA_SIGBUS_GUARDS; i++) {
         uintptr_t expected = 0;
@@ -66,16 +66,11 @@ int tfa_sigbus_guard(const void *base, size_t size)
                                                      memory_order_acquire, memory_order_relaxed))
             continue;
         atomic_store_explicit(&table[i].size, size, memory_order_relaxed);
-        atomic_store_explicit(&table[i].hit, false, memory_order_relaxed);
+        atomic_store_explicit(&table[i].lost, lost, memory_order_relaxed);
         atomic_store_explicit(&table[i].base, (uintptr_t)base, memory_order_release); /* B1 */
         return i;
     }
     return -1;
-}
-
-bool tfa_sigbus_hit(int number)
-{
-    return number >= 0 && atomic_load_explicit(&table[number].hit, memory_order_relaxed); /* B4 */
 }
 
 void tfa_sigbus_release(int number)

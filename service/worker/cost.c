@@ -14,9 +14,9 @@ static uint32_t count_class(uint32_t count)
     return count >= LANES ? 2 : count > 1;
 }
 
-static uint64_t kind_of(const tfa_request *r)
+uint64_t tfa_cost_kind(const tfa_request *r)
 {
-    uint64_t kind = UINT64_C(1) << 63; /* never 0 */
+    uint64_t kind = UINT64_C(1) << 63;
     kind |= ((uint64_t)r->op & 15) | ((uint64_t)r->method & 31) << 4;
     kind |= ((uint64_t)r->tip_count & 63) << 9 | ((uint64_t)r->flags & TFA_WANT_ALL) << 15;
     kind |= ((uint64_t)r->refine & 3) << 27 | ((uint64_t)r->estimate & 7) << 29;
@@ -24,17 +24,6 @@ static uint64_t kind_of(const tfa_request *r)
     kind |= (uint64_t)(r->locked_count != 0) << 34;
     kind |= (uint64_t)(r->rows != TFA_ROWS_POSE) << 35;
     return kind | (uint64_t)count_class(r->count) << 36;
-}
-
-tfa_cost *tfa_cost_find(tfa_cost_table *table, const tfa_request *request)
-{
-    const uint64_t kind = kind_of(request);
-    /* Fibonacci hashing: Knuth, The Art of Computer Programming, volume 3, section 6.4 */
-    tfa_cost *row = &table->row[kind * UINT64_C(11400714819323198485) >> 58];
-    _Static_assert(TFA_COST_ROWS == 64, "the shift takes 6 bits");
-    if (row->kind != kind)
-        *row = (tfa_cost){.kind = kind};
-    return row;
 }
 
 uint32_t tfa_cost_states(const tfa_cost *cost, uint64_t budget_ns)
@@ -77,7 +66,7 @@ uint64_t tfa_cost_bound(const tfa_wire_shape *shape, const tfa_request *r)
 
 void tfa_cost_record(tfa_cost *cost, uint32_t states, uint64_t ns)
 {
-    const uint64_t each = ns / (states ? states : 1) + 1;
+    const uint64_t each = (states > 1 ? ns / states : ns) + 1;
     const uint32_t measured = each < UINT32_MAX ? (uint32_t)each : UINT32_MAX;
     if (measured > cost->state_ns)
         cost->state_ns = measured;

@@ -32,8 +32,19 @@ typedef struct tfa_cost_table {
     tfa_cost row[TFA_COST_ROWS];
 } tfa_cost_table;
 
-/** The row of a request's kind; a row of another kind is cleared. */
-tfa_cost *tfa_cost_find(tfa_cost_table *table, const tfa_request *request);
+/** Kind of a request; never 0. */
+uint64_t tfa_cost_kind(const tfa_request *request);
+
+/** The row of a kind; a row of another kind is cleared. */
+static inline tfa_cost *tfa_cost_find(tfa_cost_table *table, uint64_t kind)
+{
+    /* Fibonacci hashing: Knuth, The Art of Computer Programming, volume 3, section 6.4 */
+    tfa_cost *row = &table->row[kind * UINT64_C(11400714819323198485) >> 58];
+    _Static_assert(TFA_COST_ROWS == 64, "the shift takes 6 bits");
+    if (row->kind != kind)
+        *row = (tfa_cost){.kind = kind};
+    return row;
+}
 
 /** States that fit `budget_ns`, at least 1; 1 for a kind that was not measured. Full vectors of
  *  lanes where there is room for one. */

@@ -90,11 +90,6 @@ static void mark_detached(tfa_worker_client *client, uint32_t state)
                                             memory_order_release, memory_order_relaxed); /* A8 */
 }
 
-static bool lost_its_memory(const tfa_worker_client *client)
-{
-    return tfa_sigbus_hit(client->guards[0]) || tfa_sigbus_hit(client->guards[1]);
-}
-
 bool tfa_worker_client_has_work(const tfa_worker_client *client)
 {
     return client->at.active || tfa_ring_poll_last(&client->ring) != TFA_RING_EMPTY;
@@ -103,7 +98,7 @@ bool tfa_worker_client_has_work(const tfa_worker_client *client)
 /* Whether an attached or draining client has work that may be done. */
 static bool is_ready(tfa_worker_client *client)
 {
-    if (lost_its_memory(client)) {
+    if (tfa_sigbus_is_lost(&client->lost)) {
         mark_broken(client);
         return false;
     }
@@ -173,24 +168,41 @@ static bool is_late(const tfa_wire_request *line, uint64_t now)
            now - line->t_sent > UINT64_C(1000) * line->deadline_us;
 }
 
-/* Decodes the private copy of a request. The buffers of the reply lie in its slot. */
-static int decode_request(const tfa_worker *w, tfa_worker_client *client)
+/* A request of another form than the last one. */
+static __attribute__((noinline)) int decode_form(tfa_worker_client *client, void *slot)
 {
     worker_request *at = &client->at;
     tfa_wire_reply_shape shape;
-    if (is_late(client->scratch, w->now))
-        return TFA_E_LATE;
+    client->form.bytes = 0;
     const int status = tfa_wire_decode_request(&client->shape, client->scratch, &at->request,
                                                &shape, &at->reply.field);
     at->want = shape.want;
-    if (status == TFA_OK) {
-        tfa_wire_reply_buffers(&client->shape, &shape, tfa_ring_reply(&client->ring), &at->reply);
-        if (!at->reply.answers) /* for the statistics */
-            at->reply.answers = client->answers;
-    } else {
+    if (status != TFA_OK) {
         at->reply.index = tfa_wire_refused_index(&at->request, at->reply.field);
+        return status;
     }
-    return status;
+    tfa_wire_reply_buffers(&client->shape, &shape, slot, &at->reply);
+    if (!at->reply.answers) /* for the statistics */
+        at->reply.answers = client->answers;
+    at->slot = slot;
+    at->kind = tfa_cost_kind(&at->request);
+    tfa_wire_keep_form(&client->shape, client->scratch, &shape, &client->form);
+    return TFA_OK;
+}
+
+/* Decodes the private copy of a request. The buffers of the reply lie in its slot. */
+static int decode_request(const tfa_worker *w, tfa_worker_client *client, bool same_form)
+{
+    worker_request *at = &client->at;
+    void *slot = tfa_ring_reply(&client->ring);
+    if (is_late(client->scratch, w->now))
+        return TFA_E_LATE;
+    if (!same_form)
+        return decode_form(client, slot);
+    tfa_wire_decode_again(&client->shape, client->scratch, &at->request);
+    at->want = client->form.reply_shape.want;
+    tfa_worker_move_reply(client, slot);
+    return TFA_OK;
 }
 
 static int take_call(const tfa_worker *w, worker_request *at, uint64_t address)
@@ -199,20 +211,20 @@ static int take_call(const tfa_worker *w, worker_request *at, uint64_t address)
     at->request = at->call->request;
     at->reply = at->call->reply;
     at->reply.field = TFA_FIELD_NONE;
+    at->kind = tfa_cost_kind(&at->request);
     return at->call->deadline && w->now > at->call->deadline ? TFA_E_LATE : TFA_OK;
 }
 
-/* Copies the next request into private memory. @return when it was sent, CLOCK_MONOTONIC ns */
-static uint64_t copy_request(const tfa_worker_client *client)
+/* Copies the next request into private memory. @return it has the form of the last one */
+static bool copy_request(const tfa_worker_client *client)
 {
-    const tfa_wire_request *line = client->scratch;
+    const void *slot = tfa_ring_request(&client->ring);
     if (client->direct) {
-        memcpy(client->scratch, tfa_ring_request(&client->ring), sizeof *line);
-        return line->t_sent;
+        memcpy(client->scratch, slot, TFA_WIRE_LINE);
+        return false;
     }
     tfa_ring_prefetch_for_write(tfa_ring_reply(&client->ring));
-    tfa_wire_copy_request(&client->shape, tfa_ring_request(&client->ring), client->scratch);
-    return line->t_sent;
+    return tfa_wire_copy_request(&client->shape, &client->form, slot, client->scratch);
 }
 
 /* Takes the next request, which is there, out of the ring. @return false: the client's memory is
@@ -222,8 +234,10 @@ static bool begin_request(tfa_worker *w, tfa_worker_client *client, uint64_t cyc
     worker_request *at = &client->at;
     client->warm = false; /* its copy is overwritten */
     tfa_worker_prefetch_tally(client);
-    const uint64_t sent = copy_request(client);
-    if (tfa_sigbus_hit(client->guards[0]))
+    const tfa_wire_request *line = client->scratch;
+    const bool same_form = copy_request(client);
+    const uint64_t sent = line->t_sent;
+    if (tfa_sigbus_is_lost(&client->lost))
         return false;
     if (sent > w->now) /* it came after the cycle began */
         w->now = tfa_worker_clock();
@@ -237,10 +251,10 @@ static bool begin_request(tfa_worker *w, tfa_worker_client *client, uint64_t cyc
     at->reply.field = TFA_FIELD_NONE;
     at->reply.index = at->reply.state = 0;
     at->reply.model = 0;
-    const tfa_wire_request *line = client->scratch;
-    at->reply.status = client->direct ? take_call(w, at, line->id) : decode_request(w, client);
+    at->reply.status =
+        client->direct ? take_call(w, at, line->id) : decode_request(w, client, same_form);
     if (at->reply.status == TFA_OK)
-        at->cost = tfa_cost_find(&w->costs[client->robot], &at->request);
+        at->cost = tfa_cost_find(&w->costs[client->robot], at->kind);
     return true;
 }
 

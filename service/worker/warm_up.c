@@ -74,16 +74,12 @@ static bool solve_again(const tfa_worker *w, tfa_worker_client *client)
 {
     const tfa_worker_robot *robot = &w->robots[client->robot];
     worker_request *at = &client->at;
-    const uint32_t estimate = at->request.estimate; /* settled when it was answered */
-    tfa_wire_reply_shape shape;
-    if (tfa_wire_decode_request(&client->shape, client->scratch, &at->request, &shape,
-                                &at->reply.field) != TFA_OK ||
-        tfa_wire_reply_bytes(&client->shape, &shape) > TFA_WARM_UP_REPLY_BYTES)
+    const tfa_wire_reply_shape *shape = &client->form.reply_shape;
+    if (tfa_wire_reply_bytes(&client->shape, shape) > TFA_WARM_UP_REPLY_BYTES)
         return false;
-    at->request.estimate = estimate;
-    tfa_wire_reply_buffers(&client->shape, &shape, w->warm_up.reply, &at->reply);
+    tfa_worker_move_reply(client, w->warm_up.reply);
     robot->warm_up(robot->self, &at->request, &at->reply);
-    tfa_wire_encode_reply(&at->reply, shape.want, w->warm_up.reply);
+    tfa_wire_encode_reply(&at->reply, shape->want, w->warm_up.reply);
     return true;
 }
 

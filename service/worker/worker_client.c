@@ -37,6 +37,8 @@ static int init_client(const tfa_worker *w, const tfa_worker_client_options *o,
     client->direct = o->direct;
     client->warm = false;
     client->guards[0] = client->guards[1] = -1;
+    atomic_store_explicit(&client->lost, false, memory_order_relaxed); /* A6 publishes it */
+    client->form.bytes = 0;
     client->ring = (tfa_ring_server){.layout = o->layout,
                                      .requests = o->requests,
                                      .replies = o->replies,
@@ -49,8 +51,8 @@ static int init_client(const tfa_worker *w, const tfa_worker_client_options *o,
     memset(client->answers, 0, o->max_batch * sizeof *client->answers);
     if (o->internal)
         return TFA_OK;
-    client->guards[0] = tfa_sigbus_guard(o->requests, o->layout.request_bytes);
-    client->guards[1] = tfa_sigbus_guard(o->replies, o->layout.reply_bytes);
+    client->guards[0] = tfa_sigbus_guard(o->requests, o->layout.request_bytes, &client->lost);
+    client->guards[1] = tfa_sigbus_guard(o->replies, o->layout.reply_bytes, &client->lost);
     return client->guards[0] >= 0 && client->guards[1] >= 0 ? TFA_OK : TFA_E_REFUSED;
 }
 

@@ -31,11 +31,13 @@ typedef struct worker_request {
     uint64_t want;                 /* blocks of the reply */
     uint64_t received, start;      /* CLOCK_MONOTONIC ns */
     uint64_t spent_ns;             /* on its parts so far */
+    uint64_t kind;                 /* of tfa_cost_kind */
     const tfa_worker_robot *robot; /* its solver; in one of `solver_lists` */
     tfa_worker_call *call;         /* of a direct client */
     tfa_cost *cost;
+    void *slot;          /* of the reply */
     tfa_request request; /* arrays lie in `scratch` */
-    tfa_reply reply;     /* buffers lie in the reply slot */
+    tfa_reply reply;     /* buffers lie in `slot` */
 } worker_request;
 
 /* Requests solved again between requests, so that code and tables stay in the caches. Belongs to
@@ -55,10 +57,12 @@ struct tfa_worker_client {
     _Alignas(
         TFA_CACHE_LINE) _Atomic uint32_t state; /* enum worker_client_state: A6 to A8, R6 to R8 */
     uint32_t robot;
+    _Atomic bool lost;    /* its memory: B3, B4 of sigbus.c */
     uint64_t virtual_ns;  /* worker: time served, as fair queueing counts it */
     tfa_ring_server ring; /* worker */
     tfa_wire_shape shape;
     void *scratch;       /* worker: the private copy of a request */
+    tfa_wire_form form;  /* worker: of `at.request` */
     tfa_answer *answers; /* worker: max_batch, for replies without */
     int guards[2];       /* of sigbus.h: requests, replies */
     int doorbell;
@@ -122,6 +126,13 @@ static inline void tfa_worker_prefetch_tally(const tfa_worker_client *client)
 
 /* The client has a request under way or in its ring. */
 bool tfa_worker_client_has_work(const tfa_worker_client *client);
+
+/* The reply goes to this slot. */
+static inline void tfa_worker_move_reply(tfa_worker_client *client, void *slot)
+{
+    tfa_wire_move_buffers(client->form.reply_shape.want, client->at.slot, slot, &client->at.reply);
+    client->at.slot = slot;
+}
 
 /* ---- tap.c ---- */
 

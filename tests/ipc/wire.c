@@ -100,7 +100,7 @@ TEST(requests_arrive)
         assert_int_equal(tfa_wire_encode_request(&wire_dog, &sent, tfa_wire_want(&sent, NULL), 7, 8,
                                                  slot, &reply_shape, NULL),
                          TFA_OK);
-        tfa_wire_copy_request(&wire_dog, slot, copy);
+        tfa_wire_copy_request(&wire_dog, &(tfa_wire_form){0}, slot, copy);
         assert_int_equal(tfa_wire_decode_request(&wire_dog, copy, &got, &asked, &invalid_field),
                          TFA_OK);
         assert_int_equal(((tfa_wire_request *)copy)->id, 7);

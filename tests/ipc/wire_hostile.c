@@ -80,7 +80,7 @@ TEST(hostile_lines_stay_inside)
             line->payload_count %= TFA_MAX_PAYLOADS + 2;
             line->locked_count %= s->v_count + 2;
         }
-        tfa_wire_copy_request(s, slot, copy);
+        tfa_wire_copy_request(s, &(tfa_wire_form){0}, slot, copy);
         tfa_request r;
         tfa_wire_reply_shape reply_shape;
         tfa_field invalid_field;

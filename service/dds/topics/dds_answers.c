@@ -67,8 +67,8 @@ void tfa_dds_answer(tfa_dds *gateway, const dds_robot *robot, const dds_pending 
 static void record_cost(dds_robot *robot, const tfa_worker_call *call)
 {
     if (tfa_wire_has_answers(call->reply.status))
-        tfa_cost_record(tfa_cost_find(&robot->costs, &call->request), call->request.count,
-                        call->t_done - call->t_start);
+        tfa_cost_record(tfa_cost_find(&robot->costs, tfa_cost_kind(&call->request)),
+                        call->request.count, call->t_done - call->t_start);
 }
 
 /* Writes the answers of a robot that are there. @return how many */

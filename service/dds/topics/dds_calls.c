@@ -209,7 +209,7 @@ static bool is_short(const dds_robot *robot, const tfa_request *request, const t
 static void serve(tfa_dds *gateway, dds_robot *robot, tfa_request *request, dds_pending *pending,
                   dds_taken **taken)
 {
-    tfa_cost *cost = tfa_cost_find(&robot->costs, request);
+    tfa_cost *cost = tfa_cost_find(&robot->costs, tfa_cost_kind(request));
 
     if (robot->leaving || robot->ring == NULL)
         reply_immediately(gateway, robot, pending, (tfa_dds_field_error){.status = TFA_E_AGAIN});

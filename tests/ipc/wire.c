@@ -87,6 +87,38 @@ static request_sizes sizes_of(const tfa_wire_shape *s)
     return (request_sizes){s->q_count, s->v_count, s->base_freedoms, s->modes};
 }
 
+/* A copy of the last form is decoded by its frames and estimate alone; one that differs is not. */
+TEST(requests_of_one_form_arrive)
+{
+    const size_t size = tfa_wire_request_capacity(&wire_dog);
+    const request_sizes sizes = sizes_of(&wire_dog);
+    tfa_request sent = full_request(&wire_dog, 0), got;
+    void *slot = wire_slot(size), *copy = wire_slot(size);
+    tfa_wire_reply_shape shape;
+    tfa_wire_form form = {0};
+    tfa_field field;
+    for (uint32_t k = 0; k < 4; k++) {
+        sent.tips[0] = sent.wrench_frames[0] = sent.payload_frames[0] = k;
+        sent.refine += k == 3;
+        assert_int_equal(tfa_wire_encode_request(&wire_dog, &sent, tfa_wire_want(&sent, NULL), k, k,
+                                                 slot, &shape, NULL),
+                         TFA_OK);
+        const bool same = tfa_wire_copy_request(&wire_dog, &form, slot, copy);
+        assert_int_equal(same, k == 1 || k == 2);
+        if (same) {
+            tfa_wire_decode_again(&wire_dog, copy, &got);
+        } else {
+            assert_int_equal(tfa_wire_decode_request(&wire_dog, copy, &got, &shape, &field),
+                             TFA_OK);
+            tfa_wire_keep_form(&wire_dog, copy, &shape, &form);
+        }
+        assert_same_request(&sizes, &sent, &got);
+        got.estimate = TFA_ESTIMATE_NEVER; /* as an estimate policy settles it */
+    }
+    free(slot);
+    free(copy);
+}
+
 /* Every subset of the optional blocks arrives as it was sent. */
 TEST(requests_arrive)
 {

@@ -26,7 +26,7 @@
 #include <unistd.h>
 
 #define WARM_UP 1000        /* the filter comes after half of it */
-#define FILTER_AFTER "5000" /* looks at the clock by the worker: two for each request */
+#define FILTER_AFTER "1000" /* looks at the clock by the worker: two for each request */
 #define BATCH 8
 #define RELOADS 6
 

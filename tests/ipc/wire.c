@@ -115,6 +115,7 @@ TEST(requests_of_one_form_arrive)
         assert_same_request(&sizes, &sent, &got);
         got.estimate = TFA_ESTIMATE_NEVER; /* as an estimate policy settles it */
     }
+    free_request(&sent);
     free(slot);
     free(copy);
 }

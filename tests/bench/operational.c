@@ -38,6 +38,7 @@ static const struct {
      TFA_WANT_COM | TFA_WANT_MOMENTUM | TFA_WANT_ENERGY},
     {"bias forces", TFA_OP_BIAS, 0, 0},
     {"derivatives", TFA_OP_DERIVATIVES, 0, 0},
+    {"derivatives of tau", TFA_OP_INVERSE_DYNAMICS_DERIVATIVES, 0, 0},
 };
 #define ROWS (sizeof rows / sizeof *rows)
 
@@ -95,7 +96,9 @@ static double measure(tfa_workspace *w, size_t row, uint32_t tip)
                        .armature_force = forces[8],
                        .dqdd_dq = matrices[0],
                        .dqdd_dv = matrices[1],
-                       .dqdd_dtau = matrices[2]};
+                       .dqdd_dtau = matrices[2],
+                       .dtau_dq = matrices[0],
+                       .dtau_dv = matrices[1]};
     const double start = wall_ns();
     for (int k = 0; k < CALLS; k++) {
         q[0] += 1e-6;

@@ -40,6 +40,25 @@ TFA_INLINE void numbers_store(num *x, num_vec v)
     memcpy(x, &v, sizeof v);
 }
 
+/* All numbers of these vectors */
+TFA_INLINE int numbers_are_zero(const num_vec *x, int vecs)
+{
+#if NUM_VEC_LANES > 1
+    __typeof__(x[0] != x[0]) any = x[0] != (num_vec){0};
+    int sum = 0;
+    for (int v = 1; v < vecs; v++)
+        any |= x[v] != (num_vec){0};
+    for (int l = 0; l < NUM_VEC_LANES; l++)
+        sum |= any[l] != 0;
+    return !sum;
+#else
+    for (int v = 0; v < vecs; v++)
+        if (!num_all(x[v] == num_of(0)))
+            return 0;
+    return 1;
+#endif
+}
+
 static inline num row_dot(const num *x, const num *y, uint32_t stride)
 {
     num_vec products = {0};

@@ -116,17 +116,6 @@ TFA_INLINE num *panel_vec(num *row, int v, int blocks)
     return row + DERIVATIVES_GROUP * BLOCKS * group + NUM_VEC_LANES * rest;
 }
 
-TFA_INLINE int is_zero(const num_vec *x, int vecs)
-{
-    __typeof__(x[0] != x[0]) any = x[0] != (num_vec){0};
-    for (int v = 1; v < vecs; v++)
-        any |= x[v] != (num_vec){0};
-    int sum = 0;
-    for (int l = 0; l < NUM_VEC_LANES; l++)
-        sum |= vec_lane(any, l) != 0;
-    return !sum;
-}
-
 /* Rows of ancestors -= L x their descendant's, inward */
 TFA_INLINE void solve_inward(struct state *s, num *X, size_t stride, int groups, int blocks)
 {
@@ -137,7 +126,7 @@ TFA_INLINE void solve_inward(struct state *s, num *X, size_t stride, int groups,
         num_vec x[PANEL_VECS_MOST];
         for (int v = 0; v < vecs; v++)
             x[v] = numbers_load(panel_vec(X + stride * s->public_row[k], v, blocks));
-        if (is_zero(x, vecs))
+        if (numbers_are_zero(x, vecs))
             continue;
         for (int32_t i = m->dof_parent[k]; i >= 0; i = m->dof_parent[i]) {
             num *const row = X + stride * s->public_row[i];

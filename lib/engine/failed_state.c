@@ -39,19 +39,19 @@ static void void_rank(const struct call *c, uint32_t k, const tfa_reply *reply)
         reply->spectrum[k] = (tfa_spectrum){.eig_min = (double)NAN, .eig_max = (double)NAN};
 }
 
-static void void_derivatives(const struct tfa_model *m, uint32_t k, const tfa_reply *reply)
+static void void_derivatives(const struct tfa_model *m, uint32_t traits, uint32_t k,
+                             const tfa_reply *reply)
 {
     const size_t n = (size_t)m->base_freedoms + m->v_count;
-    fill(reply->dqdd_dq, n * n, k);
-    fill(reply->dqdd_dv, n * n, k);
-    fill(reply->dqdd_dtau, n * n, k);
-}
-
-static void void_inverse_derivatives(const struct tfa_model *m, uint32_t k, const tfa_reply *reply)
-{
-    const size_t n = (size_t)m->base_freedoms + m->v_count;
-    fill(reply->dtau_dq, n * n, k);
-    fill(reply->dtau_dv, n * n, k);
+    if (traits & TRAIT_DERIVATIVES) {
+        fill(reply->dqdd_dq, n * n, k);
+        fill(reply->dqdd_dv, n * n, k);
+        fill(reply->dqdd_dtau, n * n, k);
+    }
+    if (traits & TRAIT_ID_DERIVATIVES) {
+        fill(reply->dtau_dq, n * n, k);
+        fill(reply->dtau_dv, n * n, k);
+    }
 }
 
 void tfa_void_failed_state(const tfa_workspace *w, const struct call *c, uint32_t k, int status,
@@ -70,10 +70,7 @@ void tfa_void_failed_state(const tfa_workspace *w, const struct call *c, uint32_
     void_rank(c, k, reply);
     if (c->traits & TRAIT_JOINT_FORCES)
         fill(reply->joint_forces, 6 * (size_t)w->model->frames, k);
-    if (c->traits & TRAIT_DERIVATIVES)
-        void_derivatives(w->model, k, reply);
-    if (c->traits & TRAIT_ID_DERIVATIVES)
-        void_inverse_derivatives(w->model, k, reply);
+    void_derivatives(w->model, c->traits, k, reply);
     if (c->traits & (TRAIT_FD | TRAIT_TASK) || (c->traits & TRAIT_OSIM && status == TFA_E_SINGULAR))
         fill(reply->lambda_inv, rows * rows, k);
     if (c->traits & TRAIT_FD && status == TFA_E_SINGULAR) {

@@ -178,6 +178,7 @@ size_t call_cost(const request_call *call)
 {
     const size_t n = (size_t)call->robot->names.base_freedoms + call->robot->names.v_count + 1;
     const size_t rows = extent_size(EXTENT_ROWS, call->robot, &call->request);
-    const size_t state = call->request.op >= TFA_OP_DERIVATIVES ? n * n : n + rows * rows / 4;
+    const uint32_t squares = TFA_OPS_DERIVATIVES | TFA_OPS_ID_DERIVATIVES;
+    const size_t state = TFA_OP_BIT(call->request.op) & squares ? n * n : n + rows * rows / 4;
     return state * call->request.count;
 }

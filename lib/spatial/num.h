@@ -15,14 +15,21 @@
 
 /* Of functions inside the step of a body. A call would pass its six-vectors and inertias through
  * memory: written number by number, copied by two or four, and a wide load waits until narrow
- * stores have left the processor (47 ns of 7 bodies, AMD EPYC Zen 5, gcc 12, 2026-11-22). */
+ * stores have left the processor (47 ns of 7 bodies, AMD EPYC Zen 5, gcc 12, 2026-11-22). A number
+ * type whose operations are calls brings its own. */
+#ifndef TFA_INLINE
 #define TFA_INLINE static inline __attribute__((always_inline))
+#endif
 
 /* Of functions that are better called: rare and large, they would keep the numbers of the others
- * from the registers. A kernel specialised for one robot knows for each body which of them it
- * takes, and defines it as TFA_INLINE. */
-#ifndef TFA_OUTLINE
+ * from the registers; TFA_SHARED of those that several files of a kernel call and one defines. A
+ * kernel specialised for one robot is one file and knows for each body which of them it takes. */
+#ifdef TFA_ONE_FILE
+#define TFA_OUTLINE TFA_INLINE
+#define TFA_SHARED TFA_INLINE
+#else
 #define TFA_OUTLINE static __attribute__((noinline))
+#define TFA_SHARED
 #endif
 
 /* A name of this variant: TFA_V(aba) is aba_f64_avx2 where TFA_VARIANT is f64_avx2. */

@@ -45,7 +45,7 @@ static const char *const common[] = {"-std=gnu11",
                                      "-ffp-contract=off",
                                      "-fno-tree-vectorize",
                                      "-fno-tree-slp-vectorize",
-                                     "-DTFA_OUTLINE=TFA_INLINE",
+                                     "-DTFA_ONE_FILE", /* all steps inline: spatial/num.h */
                                      "-DTFA_PRECISION=TFA_F64",
 #ifdef TFA_EXACT
                                      "-DTFA_EXACT", /* of sines: number/sincos.h */

@@ -6,7 +6,7 @@
  * right bits, by leaders whose epochs grow, and the stream goes on. That nobody is replaced for
  * nothing holds in simulated time (election), how long nobody answers is measured (bench_standby).
  *
- *   test_standby [TRIALS [LEASE_MS]]    1 of each kind, 4000
+ *   test_standby [TRIALS [LEASE_MS]]    1 of each kind, 6000
  */
 #include "standby_pair.h"
 #include "test.h"
@@ -16,7 +16,7 @@
 
 #define LOAD_CALLS 2000
 
-static int trials = 1, lease_ms = 4000; /* a client waits five times as long */
+static int trials = 1, lease_ms = 6000; /* a client waits five times as long */
 
 static int start_all(void **state)
 {

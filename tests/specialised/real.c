@@ -69,6 +69,7 @@ static tfa_specialise_algorithm algorithm = TFA_SPECIALISE_ABA;
 static void build(struct built *k, const tfa_model *model)
 {
     const tfa_specialise_options options = {.sources = TFA_SOURCE_DIR "/lib",
+                                            .seconds = 3000, /* of a busy machine */
                                             .algorithm = algorithm,
                                             .single = algorithm == TFA_SPECIALISE_ABA &&
                                                       k->base == TFA_BASE_FLOATING};

@@ -26,7 +26,8 @@ ros2:
 robots:
   - name: arm
     urdf: $data/arm.urdf
-    ros2: {enabled: true, namespace: /arm, joint_efforts: joint_efforts}
+    ros2: {enabled: true, namespace: /arm, joint_efforts: joint_efforts,
+           state_age_ms: 3600000, command_age_ms: 3600000}
   - name: floater
     urdf: $data/arm.urdf
     base: floating

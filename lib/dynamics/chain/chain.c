@@ -35,7 +35,7 @@ static inline void backward_side_branches(struct state *s, const num *tau, int f
     for (uint32_t i = m->bodies; i-- > 0;)
         if (s->side[i] == SIDE) {
             modes_eliminate(s, i, flags);
-            aba_backward_step(s, i, tau, flags);
+            TFA_V(aba_backward_body)(s, i, tau, flags);
         }
 }
 

@@ -120,7 +120,7 @@ static inline void add_composite_to_parent(struct state *s, uint32_t i, const st
 static inline void zero_joint(struct state *s, uint32_t i, const struct tfa_body *b)
 {
     if (b->n > 1) {
-        joint_nd_factor(s, &s->joint_nd[b->joint_nd], &s->IA[i], b);
+        TFA_V(joint_nd_factor)(s, &s->joint_nd[b->joint_nd], &s->IA[i], b);
         return;
     }
     s->U[i] = sv_zero();
@@ -168,7 +168,7 @@ static inline void inward(struct state *s, const num *tau, int flags)
         } else {
             if (flags & ABA_INERTIA && s->constraint[i] & CONSTRAINT_RIGID)
                 s->IA[i] = composite_inertia(&s->rigid[i]);
-            aba_backward_step(s, i, tau, flags | ABA_SENTINEL);
+            TFA_V(aba_backward_body)(s, i, tau, flags | ABA_SENTINEL);
         }
     }
 }

@@ -142,7 +142,7 @@ void TFA_V(modes_inward)(struct state *s, const num *tau, int flags)
     for (uint32_t k = s->spans; k-- > 0;)
         for (uint32_t i = s->span[k].end; i-- > s->span[k].first;) {
             modes_eliminate(s, i, flags);
-            aba_backward_step(s, i, tau, flags | ABA_SENTINEL | ABA_MODES);
+            TFA_V(aba_backward_body)(s, i, tau, flags | ABA_SENTINEL | ABA_MODES);
         }
 }
 

@@ -38,6 +38,22 @@ void TFA_V(aba_factor)(struct state *s);
 /* qdd = M^-1 tau with kept factors (no bias). */
 void TFA_V(aba_solve)(struct state *s, const num *tau, num *qdd);
 
+/* The inward step of body i (aba_step.h), for passes that need not inline it */
+void TFA_V(aba_backward_body)(struct state *s, uint32_t i, const num *tau, int flags);
+
+/* Its cases (aba_joints.h): one freedom along component `axis`, several freedoms, a floating base */
+void TFA_V(aba_backward_1dof)(struct state *s, uint32_t i, const body_constants *b, const num *tau,
+                              int axis, int flags);
+void TFA_V(aba_backward_nd)(struct state *s, uint32_t i, const body_constants *b, const num *tau,
+                            int flags);
+void TFA_V(aba_backward_base)(struct state *s, uint32_t i, const body_constants *b, const num *tau,
+                              int flags);
+void TFA_V(joint_nd_factor)(const struct state *s, struct joint_nd *w, const sym6 *IA,
+                            const body_constants *b);
+
+/* The outward step of a floating base */
+void TFA_V(aba_forward_base)(struct state *s, uint32_t i, svec a, num *x);
+
 /* ---- composite-rigid-body algorithm: Featherstone 2008, tables 6.2 and 6.3 ---- */
 
 /* Rows of M by structure (see model->dof_row). O(N d) for depth d */

@@ -22,6 +22,7 @@ typedef long double num;
 #endif
 
 #define num_rounded(x) ((num)(double)(x))
+#define TFA_INLINE static inline /* calls gain nothing from code written out */
 #define NUM_NO_VECTORS /* of __float128 */
 #define NUM_QUAD       /* reads the constants of a model as they were before they became doubles */
 #define NUM_EPSILON ((num)0x1p-56 * (num)0x1p-56)

@@ -9,8 +9,8 @@
 
 #include <math.h>
 
-#include "dynamics/core/aba_start.h"
 #include "dynamics/core/sentinel.h"
+#include "layout/parent_transfer.h"
 
 /* 1 freedom along component `axis`:
  *   U = IA H,  D = H^T U + R,  u = tau - H^T pA

@@ -7,9 +7,9 @@
 #ifndef TFA_DYNAMICS_CORE_ABA_STEP_H
 #define TFA_DYNAMICS_CORE_ABA_STEP_H
 
-#include "dynamics/core/aba_start.h"
 #include "dynamics/core/revolute.h"
 #include "dynamics/core/sentinel.h"
+#include "layout/parent_transfer.h"
 #ifdef TFA_ONE_FILE
 #include "dynamics/core/aba_joints.h"
 #else

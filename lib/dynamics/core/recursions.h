@@ -41,7 +41,8 @@ void TFA_V(aba_solve)(struct state *s, const num *tau, num *qdd);
 /* The inward step of body i (aba_step.h), for passes that need not inline it */
 void TFA_V(aba_backward_body)(struct state *s, uint32_t i, const num *tau, int flags);
 
-/* Its cases (aba_joints.h): one freedom along component `axis`, several freedoms, a floating base */
+/* Its cases (aba_joints.h): one freedom along component `axis`, several freedoms, a floating
+ * base */
 void TFA_V(aba_backward_1dof)(struct state *s, uint32_t i, const body_constants *b, const num *tau,
                               int axis, int flags);
 void TFA_V(aba_backward_nd)(struct state *s, uint32_t i, const body_constants *b, const num *tau,

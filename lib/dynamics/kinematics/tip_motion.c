@@ -5,8 +5,8 @@
  */
 #include "dynamics/kinematics/tip_motion.h"
 
-#include "dynamics/core/frame.h"
 #include "dynamics/core/modes.h"
+#include "dynamics/kinematics/frame.h"
 #include "dynamics/kinematics/world_pose.h"
 
 /* s->tip_path of a support whose world poses are there */

@@ -6,8 +6,8 @@
  */
 #include "dynamics/osim/lambda.h"
 
-#include "dynamics/core/frame.h"
 #include "dynamics/core/modes.h"
+#include "dynamics/kinematics/frame.h"
 #include "layout/body.h"
 
 /* The joint's share of six forces: out[k][e] = H_k^T P_e for its first `freedoms` freedoms, which

@@ -7,7 +7,7 @@
 #define TFA_DYNAMICS_OSIM_LAMBDA_H
 
 #include "dynamics/chain/chain.h"
-#include "dynamics/core/frame.h"
+#include "dynamics/kinematics/frame.h"
 #include "spatial/vec6.h"
 
 /* ---- methods ---- */

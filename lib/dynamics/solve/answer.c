@@ -9,8 +9,8 @@
 #include <string.h>
 
 #include "dynamics/core/aba_step.h"
-#include "dynamics/core/frame.h"
 #include "dynamics/core/recursions.h"
+#include "dynamics/kinematics/frame.h"
 #if NUM_LANES == 1
 #include "dynamics/kinematics/tip_motion.h"
 #endif

@@ -10,10 +10,10 @@
 #include <math.h>
 #include <string.h>
 
-#include "dynamics/core/frame.h"
 #include "dynamics/core/recursions.h"
 #include "dynamics/core/sentinel.h"
 #include "dynamics/derivatives/inverse_derivatives.h"
+#include "dynamics/kinematics/frame.h"
 #include "dynamics/kinematics/world_pose.h"
 #include "dynamics/solve/answer.h"
 #include "dynamics/solve/load.h"

@@ -6,8 +6,8 @@
  * H^T F = tau and the equations of motion of the links are the rest. Across joints that move it is
  * the force of inverse dynamics; links behind fixed joints are added up by themselves.
  */
-#include "dynamics/core/frame.h"
 #include "dynamics/core/recursions.h"
+#include "dynamics/kinematics/frame.h"
 #include "dynamics/kinematics/world_pose.h"
 #include "dynamics/solve/answer.h"
 #include "dynamics/solve/load.h"

@@ -5,8 +5,8 @@
  */
 #include <math.h>
 
-#include "dynamics/core/frame.h"
 #include "dynamics/kinematics/centroid.h"
+#include "dynamics/kinematics/frame.h"
 #include "dynamics/kinematics/tip_motion.h"
 #include "dynamics/kinematics/world_pose.h"
 #include "dynamics/solve/answer.h"

@@ -8,9 +8,9 @@
 
 #include "dynamics/chain/chain.h"
 #include "dynamics/chain/tfa.h"
-#include "dynamics/core/frame.h"
 #include "dynamics/core/lock.h"
 #include "dynamics/core/modes.h"
+#include "dynamics/kinematics/frame.h"
 #include "dynamics/solve/load.h"
 #include "dynamics/solve/method.h"
 #include "interface/traits.h"

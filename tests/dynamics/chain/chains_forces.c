@@ -5,8 +5,8 @@
  * which knows nothing of them: in quadruple precision, for every length of chain.
  */
 #include "dynamics/chain/chain.h"
-#include "dynamics/core/frame.h"
 #include "dynamics/core/recursions.h"
+#include "dynamics/kinematics/frame.h"
 #include "dynamics/solve/answer.h"
 #include "dynamics/solve/load.h"
 #include "dynamics/solve/method.h"

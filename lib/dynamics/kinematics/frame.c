@@ -3,7 +3,7 @@
  *
  * Frames of links: where they stand, and six unit wrenches at one.
  */
-#include "dynamics/core/frame.h"
+#include "dynamics/kinematics/frame.h"
 
 #include "dynamics/core/modes.h"
 #include "layout/body.h"

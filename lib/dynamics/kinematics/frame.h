@@ -3,8 +3,8 @@
  *
  * Frames of links on their bodies.
  */
-#ifndef TFA_DYNAMICS_CORE_FRAME_H
-#define TFA_DYNAMICS_CORE_FRAME_H
+#ifndef TFA_DYNAMICS_KINEMATICS_FRAME_H
+#define TFA_DYNAMICS_KINEMATICS_FRAME_H
 
 #include "layout/constants.h"
 #include "layout/state.h"

@@ -25,6 +25,8 @@
 /* As in scan_segment.c. */
 #define OVERLAP 2u
 #define MOMENT_RATIO_MIN 1e-3
+/* Below so many bodies for each lane one thread is faster than two (docs/tuning.md). */
+#define THREADS_BODIES_MIN 100u
 
 /* ---- between lanes and boundary arrays ---- */
 
@@ -441,6 +443,8 @@ static int segment_lanes_answer(struct segment_lanes *s, struct tfa_executor *ex
     const double max_ratio = method == TFA_METHOD_SCAN_TWO_PASS ? -1 /* every cut */
                                                                 : TFA_SCAN_MAX_RATIO;
     int finite = 1, safe = 1;
+    if (s->m->bodies < THREADS_BODIES_MIN * NUM_LANES)
+        executor = NULL;
     s->boundary->floating = method == TFA_METHOD_TFA_CR || method == TFA_METHOD_CFA_CR;
     s->request = request;
     s->reply = reply;

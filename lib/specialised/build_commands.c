@@ -24,12 +24,9 @@ static const struct isa {
 };
 
 /* Finite numbers, zeros without signs: products with a constant 0 disappear from the code; answers
- * that are not finite are found by their bits. One state and states in lanes must round alike: sums
- * keep their order, and no product is fused. Fused within expressions, one state of arm7 by clang
- * 14 takes 0.76 to 0.98 times as long and a batch 0.89 to 1.04 times, but where both factors are
- * constants clang rounds the product first, if it sees them in time: not in lanes (ur5, Lambda^-1).
- * Measured on an AMD EPYC VM, 2026-11-26. No vectorising: it turns scalar stores into wide loads
- * that wait for them (lib/dynamics/CMakeLists.txt). */
+ * that are not finite are found by their bits. Sums keep their order, so that one state and states
+ * in lanes round alike. No vectorising: it turns scalar stores into wide loads that wait for them
+ * (lib/dynamics/CMakeLists.txt). */
 static const char *const common[] = {"-std=gnu11",
                                      "-fPIC",
                                      "-O3",
@@ -42,7 +39,6 @@ static const char *const common[] = {"-std=gnu11",
                                      "-ffinite-math-only",
                                      "-fno-signed-zeros",
                                      "-fno-trapping-math",
-                                     "-ffp-contract=off",
                                      "-fno-tree-vectorize",
                                      "-fno-tree-slp-vectorize",
                                      "-DTFA_ONE_FILE", /* all steps inline: spatial/num.h */
@@ -138,11 +134,13 @@ struct build_paths {
 
 /* single: no batches. */
 static void add_compile_command(struct writer *w, const struct compiler_info *compiler,
-                                const struct build_paths *p, const struct object *o, int single)
+                                const struct build_paths *p, const struct object *o, int single,
+                                int fused)
 {
     const struct isa *isa = current_isa();
     begin_command(w, compiler);
     add_arguments(w, common);
+    add_argument(w, fused ? "-ffp-contract=on" : "-ffp-contract=off"); /* within expressions */
     add_arguments(w, isa->flags);
     if (compiler->clang) { /* inlines every step (gcc: flatten) */
         add_argument(w, "-mllvm");
@@ -188,7 +186,7 @@ static int is_wanted(const struct object *o, int single, int algorithms)
 
 int build_commands_write(struct build_commands *commands, const struct compiler_info *compiler,
                          const char *sources, const char *folder,
-                         const tfa_specialise_options *options, int algorithms,
+                         const tfa_specialise_options *options, int algorithms, int fused,
                          struct error_text *err)
 {
     struct writer w = {.commands = commands};
@@ -196,7 +194,7 @@ int build_commands_write(struct build_commands *commands, const struct compiler_
     commands->runs = 0;
     for (int k = 0; k < OBJECTS; k++)
         if (is_wanted(&objects[k], (int)options->single, algorithms))
-            add_compile_command(&w, compiler, &p, &objects[k], (int)options->single);
+            add_compile_command(&w, compiler, &p, &objects[k], (int)options->single, fused);
     begin_command(&w, compiler);
     static const char *const link[] = {
         "-shared", "-Wl,--gc-sections", "-Wl,-z,defs", "-Wl,-z,now", "-s", NULL};

@@ -22,7 +22,7 @@
  * no less accurate: its error (root mean square over the states, relative to quadruple precision)
  * over that of articulated bodies, or over that of rounding. */
 #define FASTER 0.97
-#define LOSS_MAX 2
+#define LOSS_MAX 3
 #define ERROR_MIN(states) ((states) == BATCH_F32 ? 1e-7 : 2e-16)
 #define ROUNDS 40
 /* So many times as many at most, while times are nearer than this to where the choice changes:
@@ -336,4 +336,14 @@ int specialised_choose(const tfa_model *model, const char *const path[ALGORITHMS
     tfa_workspace_free(exact);
     self_test_close(&t);
     return status;
+}
+
+int specialised_same_bits(const tfa_model *model, const char *path)
+{
+    void *object;
+    const struct tfa_specialised_kernel *kernel = open_candidate(path, model, &object);
+    const int same = !kernel || self_test_same_bits(model, kernel);
+    if (object)
+        dlclose(object);
+    return same;
 }

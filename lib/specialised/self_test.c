@@ -260,18 +260,26 @@ static int run_case_in_all_ways(struct self_test *t, tfa_specialised *s, const c
     return status;
 }
 
+/* Sets t->request, with the next tip from *tip on with which it is valid; 0: there is none. */
+static int next_request(struct self_test *t, const struct self_test_case *test_case, uint32_t *tip)
+{
+    tfa_reply checked;
+    for (; *tip < t->model->bodies; ++*tip) {
+        if (!test_case->tips)
+            *tip = t->model->bodies - 1;
+        self_test_request(t, test_case, *tip);
+        if (tfa_request_check(t->model, &t->request, &checked) == TFA_OK)
+            return 1;
+    }
+    return 0;
+}
+
 static int run_case_on_tips(struct self_test *t, tfa_specialised *s, const char *path,
                             const struct self_test_case *test_case, struct error_text *err)
 {
     int status = TFA_OK;
-    tfa_reply checked;
-    for (uint32_t tip = test_case->tips ? 0 : t->model->bodies - 1; status == TFA_OK; tip++) {
-        if (tip == t->model->bodies)
-            break;
-        self_test_request(t, test_case, tip);
-        if (tfa_request_check(t->model, &t->request, &checked) == TFA_OK)
-            status = run_case_in_all_ways(t, s, path, test_case, err);
-    }
+    for (uint32_t tip = 0; status == TFA_OK && next_request(t, test_case, &tip); tip++)
+        status = run_case_in_all_ways(t, s, path, test_case, err);
     return status;
 }
 
@@ -289,4 +297,35 @@ int specialised_self_test(const char *path, const tfa_model *model, tfa_speciali
                         t.unanswered, t.compared);
     self_test_close(&t);
     return status;
+}
+
+/* ---- one state and states in lanes ---- */
+
+/* 1: the states of the request have the same bits alone and in lanes */
+static int has_same_bits(struct self_test *t, const struct tfa_specialised_kernel *kernel)
+{
+    uint8_t alone[SELF_TEST_STATES] = {0}, batch[SELF_TEST_STATES] = {0};
+    const struct self_test_reply other = t->reference;
+    struct result_array p[4];
+    int same = 1;
+    run_kernel(t, kernel, ALONE, alone);
+    t->reference = t->tested;
+    t->tested = other;
+    run_kernel(t, kernel, BATCH, batch);
+    for (uint32_t k = 0; k < t->request.count; k++)
+        for (uint32_t i = alone[k] && batch[k] ? result_arrays(t, k, p) : 0; i-- > 0;)
+            same &= memcmp(p[i].tested, p[i].reference, p[i].n * sizeof(double)) == 0;
+    return same;
+}
+
+int self_test_same_bits(const tfa_model *model, const struct tfa_specialised_kernel *kernel)
+{
+    struct self_test t;
+    int same = 1;
+    if (self_test_open(&t, model) == TFA_OK && kernel->lanes)
+        for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
+            for (uint32_t tip = 0; same && next_request(&t, &cases[i], &tip); tip++)
+                same = !kernel->supports(&t.host, &t.request) || has_same_bits(&t, kernel);
+    self_test_close(&t);
+    return same;
 }

@@ -61,4 +61,7 @@ void self_test_close(struct self_test *t);
 /* Sets t->request. tip: the body whose link is the first tip */
 void self_test_request(struct self_test *t, const struct self_test_case *q, uint32_t tip);
 
+/* 1: all requests have the same bits for one state and for states in lanes */
+int self_test_same_bits(const tfa_model *model, const struct tfa_specialised_kernel *kernel);
+
 #endif

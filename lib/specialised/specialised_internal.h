@@ -153,6 +153,9 @@ void specialised_choice_write(struct text_buffer *t, const tfa_model *model,
 int specialised_choose(const tfa_model *model, const char *const path[ALGORITHMS],
                        struct choices *choices);
 
+/* 1: states have the same bits alone and in lanes, or it is no kernel of this model */
+int specialised_same_bits(const tfa_model *model, const char *path);
+
 /* ---- sources.c: the folder with dynamics/specialised/specialised.c ---- */
 
 int find_kernel_sources(const char *wanted, char *folder, size_t size, struct error_text *err);
@@ -182,8 +185,8 @@ struct process_limits {
 int find_compiler(const char *wanted, const char *folder, const struct process_limits *limits,
                   struct compiler_info *compiler, struct error_text *err);
 
-/* Command lines that make a shared object: at most BUILD_COMMANDS_MAX, each ends with NULL. The
- * last two compile the table, which needs robot_choice.h, and link. */
+/* Command lines that make a shared object, with products fused or not: at most BUILD_COMMANDS_MAX,
+ * each ends with NULL. The last two compile the table, which needs robot_choice.h, and link. */
 #define BUILD_COMMANDS_MAX 12
 #define BUILD_ARGUMENTS_MAX 60
 struct build_commands {
@@ -193,7 +196,7 @@ struct build_commands {
 };
 int build_commands_write(struct build_commands *commands, const struct compiler_info *compiler,
                          const char *sources, const char *folder,
-                         const tfa_specialise_options *options, int algorithms,
+                         const tfa_specialise_options *options, int algorithms, int fused,
                          struct error_text *err);
 
 /* Monotonic time, s */

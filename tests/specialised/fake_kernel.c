@@ -31,6 +31,7 @@
 #define FAULT_WRONG_FLOATS 14  /* right in double only */
 #define FAULT_HALF_OF_FLOATS 15
 #define FAULT_IGNORES_WRENCHES 16
+#define FAULT_OTHER_WHEN_FUSED 17 /* several at a time have other bits if products are fused */
 #ifndef FAKE_KERNEL_FAULT
 #define FAKE_KERNEL_FAULT FAULT_SOUND
 #endif
@@ -163,6 +164,14 @@ static uint32_t solve(const struct tfa_host_api *host, const tfa_request *r, uin
     return 1;
 }
 
+/* By what is left of a product that was rounded once only */
+static int products_are_fused(void)
+{
+    const volatile double a = 1 + 0x1p-30;
+    const volatile double rounded = a * a;
+    return a * a - rounded != 0;
+}
+
 static uint32_t solve_batch(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
                             uint32_t count, tfa_reply *reply)
 {
@@ -171,6 +180,8 @@ static uint32_t solve_batch(const struct tfa_host_api *host, const tfa_request *
         done |= solve(host, r, k + l, reply) << l;
     if (FAKE_KERNEL_FAULT == FAULT_WRONG_SEVERAL)
         reply->tau[(size_t)ROBOT_V_COUNT * k] += 1;
+    if (FAKE_KERNEL_FAULT == FAULT_OTHER_WHEN_FUSED)
+        reply->tau[(size_t)ROBOT_V_COUNT * k] += 1e-14 * products_are_fused();
     return done;
 }
 

@@ -6,6 +6,7 @@
  */
 #include "bench.h"
 #include "models.h"
+#include "specialised/specialised_internal.h"
 #include "test.h"
 
 /* What each fault of fake_kernel.c leads to */
@@ -44,6 +45,20 @@ TEST(faults_are_refused)
             fail_msg("%s: not refused as it should be: %s", faults[k].fault, b.error_text);
         bench_assert_error_text(&b, faults[k].error_text);
     }
+    bench_close(&b);
+}
+
+/* clang fuses products, but not where states in lanes would get other bits. */
+TEST(fused_products_keep_the_bits)
+{
+    bench b;
+    char path[256];
+    bench_open(&b);
+    bench_path(&b, "kernel.so", path);
+    bench_build(&b, b.arm, "OTHER_WHEN_FUSED", path);
+    assert_true(specialised_same_bits(b.arm, path));
+    bench_build(&b, b.arm, "WRONG_SEVERAL", path);
+    assert_false(specialised_same_bits(b.arm, path));
     bench_close(&b);
 }
 

@@ -229,7 +229,8 @@ static int make_kernel(struct build *b, int fused)
 /* Fused products take 0.87 to 0.93 of the time in batches, 0.94 to 1 for one state (panda, ur5,
  * AVX-512, Intel Xeon VM, clang 14, 2026-11-27). Where factors and summand are constants clang
  * rounds once or twice, by what it sees first: a robot whose states in lanes get other bits (ur5,
- * Lambda^-1) is compiled again without. gcc before 14 fuses across expressions or not at all. */
+ * Lambda^-1) is compiled again, doubles without. gcc before 14 fuses across expressions or not at
+ * all. */
 static int compile(struct build *b)
 {
     char kernel[sizeof b->folder + 16];
@@ -237,7 +238,7 @@ static int compile(struct build *b)
     const double start = seconds_now();
     snprintf(kernel, sizeof kernel, "%s/kernel.so", b->folder);
     if (status == TFA_OK)
-        status = make_kernel(b, b->compiler.clang);
+        status = make_kernel(b, 1);
     if (status == TFA_OK && b->compiler.clang && !specialised_same_bits(b->model, kernel))
         status = make_kernel(b, 0);
     b->result.compile_s = seconds_now() - start;

@@ -128,6 +128,12 @@ static const struct object objects[] = {
 };
 enum { OBJECTS = sizeof objects / sizeof *objects, TABLE = OBJECTS - 1 };
 
+/* Floats have lanes only: no other code need have their bits. */
+static int is_f32(const struct object *o)
+{
+    return strcmp(o->number, "f32xn") == 0;
+}
+
 struct build_paths {
     const char *sources, *folder;
 };
@@ -161,8 +167,7 @@ static void add_compile_command(struct writer *w, const struct compiler_info *co
         add_formatted(w, "-DROBOT_BATCH_LANES=%s", single ? "0" : isa->lanes_f64);
         add_formatted(w, "-DROBOT_BATCH_F32_LANES=%s", single ? "0" : isa->lanes_f32);
     } else if (o->lanes == LANES_STATES) { /* the tables hold the number of body lanes */
-        add_formatted(w, "-DTFA_LANES=%s",
-                      strcmp(o->number, "f32xn") == 0 ? isa->lanes_f32 : isa->lanes_f64);
+        add_formatted(w, "-DTFA_LANES=%s", is_f32(o) ? isa->lanes_f32 : isa->lanes_f64);
     }
     add_formatted(w, "-I%s", p->folder);
     add_formatted(w, "-I%s", p->sources);
@@ -194,7 +199,8 @@ int build_commands_write(struct build_commands *commands, const struct compiler_
     commands->runs = 0;
     for (int k = 0; k < OBJECTS; k++)
         if (is_wanted(&objects[k], (int)options->single, algorithms))
-            add_compile_command(&w, compiler, &p, &objects[k], (int)options->single, fused);
+            add_compile_command(&w, compiler, &p, &objects[k], (int)options->single,
+                                compiler->clang && (fused || is_f32(&objects[k])));
     begin_command(&w, compiler);
     static const char *const link[] = {
         "-shared", "-Wl,--gc-sections", "-Wl,-z,defs", "-Wl,-z,now", "-s", NULL};

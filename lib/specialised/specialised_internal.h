@@ -185,7 +185,8 @@ struct process_limits {
 int find_compiler(const char *wanted, const char *folder, const struct process_limits *limits,
                   struct compiler_info *compiler, struct error_text *err);
 
-/* Command lines that make a shared object, with products fused or not: at most BUILD_COMMANDS_MAX,
+/* Command lines that make a shared object, with products fused (clang; of floats
+ * always) or not: at most BUILD_COMMANDS_MAX,
  * each ends with NULL. The last two compile the table, which needs robot_choice.h, and link. */
 #define BUILD_COMMANDS_MAX 12
 #define BUILD_ARGUMENTS_MAX 60

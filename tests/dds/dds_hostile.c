@@ -19,6 +19,7 @@
 #include <signal.h>
 #include <stdatomic.h>
 #include <string.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <time.h>
 
@@ -44,12 +45,13 @@ TEST(a_stopped_client_holds_nobody_up)
     const tfa_request request = request_fd(raw_dds_zeros, NULL, NULL);
     const uint32_t domain = test_domain();
     double qdd[JOINTS];
-    int ends[2];
+    int ends[2], silent = 0;
     char one;
     assert_int_equal(pipe(ends), 0);
     const pid_t child = fork(); /* before this process joins the domain */
     if (child == 0) {
         tfa_dds_client *client;
+        (void)prctl(PR_SET_PDEATHSIG, SIGKILL); /* a test that fails leaves it stopped */
         const tfa_dds_client_options options = {
             .domain = domain, .robot = "arm", .connect_timeout_ms = WAIT_MS};
         uint64_t id;
@@ -62,9 +64,14 @@ TEST(a_stopped_client_holds_nobody_up)
     close(ends[1]); /* a child that fails is heard of */
     assert_int_equal(read(ends[0], &one, 1), 1);
     tfa_dds_client *client = dds_connect(domain, "arm");
-    for (int i = 0; i < 2000; i++) {
+    for (int answers = 0; answers < 2000;) {
         tfa_reply reply = {.qdd = qdd};
-        assert_int_equal(tfa_dds_client_call(client, &request, &reply, WAIT_NS, NULL), TFA_OK);
+        const int status = tfa_dds_client_call(client, &request, &reply, WAIT_NS, NULL);
+        if (status == TFA_E_DISCONNECTED) /* this process had no processor for five leases */
+            assert_true(++silent < 100);
+        else
+            assert_int_equal(status, TFA_OK);
+        answers += status == TFA_OK;
     }
     tfa_dds_client_close(client);
     kill(child, SIGKILL);

@@ -321,8 +321,8 @@ static int has_same_bits(struct self_test *t, const struct tfa_specialised_kerne
 int self_test_same_bits(const tfa_model *model, const struct tfa_specialised_kernel *kernel)
 {
     struct self_test t;
-    int same = 1;
-    if (self_test_open(&t, model) == TFA_OK && kernel->lanes)
+    int same = self_test_open(&t, model) == TFA_OK;
+    if (kernel->lanes)
         for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
             for (uint32_t tip = 0; same && next_request(&t, &cases[i], &tip); tip++)
                 same = !kernel->supports(&t.host, &t.request) || has_same_bits(&t, kernel);

@@ -26,7 +26,7 @@
 #define OVERLAP 2u
 #define MOMENT_RATIO_MIN 1e-3
 /* Below so many bodies for each lane one thread is faster than two (docs/tuning.md). */
-#define THREADS_BODIES_MIN 100u
+#define THREADS_BODIES_MIN 64u
 
 /* ---- between lanes and boundary arrays ---- */
 

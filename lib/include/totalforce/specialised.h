@@ -154,7 +154,8 @@ TFA_API TFA_CHECKED int tfa_specialised_tables(const tfa_model *model, char **te
 /**
  * Compiles a kernel for the model and this machine's instruction set: runs the system's compiler in
  * child processes with limits on time, memory and file size, appends the checksum trailer, and
- * renames the file to `path` once it is complete and on disk. The kernel is not run.
+ * renames the file to `path` once it is complete and on disk. Where there are algorithms to choose
+ * from, or clang has fused products, the build runs the kernel on random states.
  *
  * Cost: seconds to a minute. One thread for each path; not a thread that serves requests.
  *

@@ -214,7 +214,7 @@ TEST(threads_give_the_same_bits)
     static const struct {
         chain_mechanism mechanism;
         tfa_base base;
-    } kinds[] = {{CHAIN_RANDOM, TFA_BASE_FIXED}, /* in lanes, from 100 bodies a lane on threads */
+    } kinds[] = {{CHAIN_RANDOM, TFA_BASE_FIXED}, /* in lanes, from 64 bodies a lane on threads */
                  {CHAIN_RANDOM, TFA_BASE_FLOATING},
                  {CHAIN_BRANCHES, TFA_BASE_FIXED},
                  {CHAIN_ALTERNATING9, TFA_BASE_FLOATING}};

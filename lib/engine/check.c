@@ -184,8 +184,7 @@ static int check_choices(const struct tfa_model *m, const tfa_request *r, tfa_re
         status = check_modes(r, row, reply);
     if (status != TFA_OK)
         return status;
-    if (TFA_OP_BIT(r->op) & (TRAIT_DERIVATIVES | TRAIT_ID_DERIVATIVES) &&
-        m->freedoms > TFA_DERIVATIVES_FREEDOMS_MAX)
+    if (TFA_OP_BIT(r->op) & TRAITS_DERIVATIVES && m->freedoms > TFA_DERIVATIVES_FREEDOMS_MAX)
         return tfa_set_error(reply, TFA_E_UNSUPPORTED, TFA_FIELD_OP, TFA_DERIVATIVES_FREEDOMS_MAX,
                              0);
     if (m->mass_entries > TFA_MASS_ENTRIES_MAX && needs_mass_matrix(m, r, row))

@@ -41,6 +41,7 @@ enum {
 #define TRAITS_FORWARD (TRAIT_FD | TRAIT_TASK | TRAIT_DERIVATIVES)
 /* Ops that read accelerations */
 #define TRAITS_INVERSE (TRAIT_ID | TRAIT_BIAS | TRAIT_ID_DERIVATIVES)
+#define TRAITS_DERIVATIVES (TRAIT_DERIVATIVES | TRAIT_ID_DERIVATIVES)
 /* Ops that answer lambda_inv */
 #define TRAITS_LAMBDA_INV (TRAIT_FD | TRAIT_OSIM | TRAIT_TASK)
 /* Ops that read velocities, gravity and wrenches, whatever the flags */

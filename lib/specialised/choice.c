@@ -16,7 +16,6 @@
 #define CRBA_BODIES_MAX 16
 /* As in dynamics/specialised/specialised_supports.h */
 #define UNROLLED_BODIES_MAX 40
-#define BATCH_TIPS_BODIES_MAX 16
 
 /* It is taken if it is faster by this (one state and batches: geometric mean) and, with every tip,
  * no less accurate: its error (root mean square over the states, relative to quadruple precision)
@@ -75,8 +74,9 @@ static void write_function(struct text_buffer *t, const tfa_model *m, int kind, 
     const int forward = kinds[kind].op == TFA_OP_FORWARD_DYNAMICS;
     const char *name = algorithms[algorithm];
     text_append(t, "#define %s ", kinds[kind].macro);
-    if ((forward && !lanes && m->bodies > UNROLLED_BODIES_MAX) ||
-        (kinds[kind].states != ONE && kinds[kind].tips && m->bodies > BATCH_TIPS_BODIES_MAX))
+    const int no_forward = forward && !lanes,
+              no_tips = kinds[kind].states != ONE && kinds[kind].tips;
+    if ((no_forward || no_tips) && m->bodies > UNROLLED_BODIES_MAX)
         text_append(t, "tfa_robot_none\n");
     else if (kind == CHOICE_FORWARD && lanes && algorithm == ALGORITHM_ABA)
         text_append(t, "tfa_robot_forward_body_lanes_aba\n");

@@ -11,6 +11,8 @@
 #define FORWARD .op = TFA_OP_FORWARD_DYNAMICS
 #define INVERSE .op = TFA_OP_INVERSE_DYNAMICS
 #define LAMBDA .op = TFA_OP_OPERATIONAL_INERTIA
+#define DERIVATIVES .op = TFA_OP_DERIVATIVES
+#define ID_DERIVATIVES .op = TFA_OP_INVERSE_DYNAMICS_DERIVATIVES
 #define FORCES(where) .flags = TFA_WANT_JOINT_FORCES, .frame = TFA_FRAME_##where
 
 const question questions[] = {
@@ -49,6 +51,13 @@ const question questions[] = {
     {"joint forces of inverse dynamics", INVERSE, USUAL, FORCES(WORLD), .wrenches = true},
     {"mass matrix", .op = TFA_OP_MASS_MATRIX, USUAL},
     {"mass matrix and poses", .op = TFA_OP_MASS_MATRIX, USUAL, .tips = 2, .flags = TFA_WANT_POSES},
+    {"derivatives", DERIVATIVES, USUAL},
+    {"derivatives with wrenches", DERIVATIVES, USUAL, .wrenches = true, .frame = TFA_FRAME_WORLD},
+    {"derivatives with a payload", DERIVATIVES, .estimate = NEVER, .payload = true},
+    {"derivatives with a locked joint", DERIVATIVES, USUAL, .locked = true},
+    {"derivatives by aba", DERIVATIVES, USUAL, .method = TFA_METHOD_ABA, .wrenches = true},
+    {"derivatives of inverse dynamics", ID_DERIVATIVES, USUAL},
+    {"the same with wrenches", ID_DERIVATIVES, USUAL, .wrenches = true},
     {"lambda of one tip", LAMBDA, USUAL, .tips = 1},
     {"lambda of three tips", LAMBDA, USUAL, .tips = 3},
     {"lambda by propagation", LAMBDA, USUAL, .tips = 3, .method = TFA_METHOD_PROPAGATION},
@@ -109,6 +118,7 @@ tfa_request question_request(const test_robot *robot, const question *q, const r
 }
 
 #define MOST_TIPS 3
+#define DERIVATIVES_EACH 5
 
 answers *answers_create(const test_robot *robot, uint32_t count)
 {
@@ -118,8 +128,8 @@ answers *answers_create(const test_robot *robot, uint32_t count)
     a->n = robot->n;
     a->nv = robot->nv;
     a->frames = tfa_model_frame_count(robot->model);
-    a->numbers = 2 * nv + 12 + (size_t)36 * MOST_TIPS * MOST_TIPS + n * n + 7 * MOST_TIPS +
-                 6 * (size_t)a->frames;
+    a->numbers = 2 * nv + 12 + (size_t)36 * MOST_TIPS * MOST_TIPS + (1 + DERIVATIVES_EACH) * n * n +
+                 7 * MOST_TIPS + 6 * (size_t)a->frames;
     a->memory = malloc(k * a->numbers * sizeof(double));
     a->each = malloc(k * sizeof *a->each);
     double *at = a->memory;
@@ -130,7 +140,8 @@ answers *answers_create(const test_robot *robot, uint32_t count)
     a->lambda_inv = at += k * 6;
     a->mass_matrix = at += k * 36 * MOST_TIPS * MOST_TIPS;
     a->poses = at += k * n * n;
-    a->joint_forces = at + k * 7 * MOST_TIPS;
+    a->joint_forces = at += k * 7 * MOST_TIPS;
+    a->derivatives = at + 6 * k * a->frames;
     return a;
 }
 
@@ -143,6 +154,8 @@ void answers_free(answers *a)
 
 tfa_reply answers_reply(const answers *a, uint32_t k, uint32_t tips)
 {
+    const size_t square = (size_t)a->n * a->n, all = square * a->count;
+    double *const derivatives = a->derivatives + square * k;
     return (tfa_reply){.qdd = a->qdd + (size_t)k * a->nv,
                        .tau = a->tau + (size_t)k * a->nv,
                        .base_acceleration = a->base_acceleration + 6 * (size_t)k,
@@ -151,6 +164,11 @@ tfa_reply answers_reply(const answers *a, uint32_t k, uint32_t tips)
                        .mass_matrix = a->mass_matrix + (size_t)k * a->n * a->n,
                        .poses = a->poses + 7 * (size_t)k * tips,
                        .joint_forces = a->joint_forces + 6 * (size_t)k * a->frames,
+                       .dqdd_dq = derivatives,
+                       .dqdd_dv = derivatives + all,
+                       .dqdd_dtau = derivatives + 2 * all,
+                       .dtau_dq = derivatives + 3 * all,
+                       .dtau_dv = derivatives + 4 * all,
                        .answers = a->each + k};
 }
 

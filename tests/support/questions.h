@@ -35,6 +35,7 @@ typedef struct answers {
     size_t numbers; /**< of one state */
     double *qdd, *tau, *base_acceleration, *base_wrench, *lambda_inv, *mass_matrix, *poses;
     double *joint_forces;
+    double *derivatives; /**< dqdd/dq of all states, dqdd/dv, dqdd/dtau, dtau/dq, dtau/dv */
     tfa_answer *each;
     double *memory;
 } answers;

@@ -244,11 +244,11 @@ static int answer_op(struct state *s, const tfa_request *request, uint32_t k, tf
         return TFA_V(answer_bias)(s, k, reply, answer);
     case TFA_OP_TASK_TORQUES:
         return answer_task(s, request, k, reply, answer);
+#endif
     case TFA_OP_DERIVATIVES:
         return TFA_V(answer_derivatives)(s, request, k, reply, answer);
     case TFA_OP_INVERSE_DYNAMICS_DERIVATIVES:
-        return TFA_V(answer_inverse_derivatives)(s, request, k, reply, answer);
-#endif
+        return TFA_V(answer_inverse_derivatives)(s, request, reply, answer);
     case TFA_OP_INVERSE_DYNAMICS:
         return answer_inverse(s, k, reply, answer);
     case TFA_OP_MASS_MATRIX:

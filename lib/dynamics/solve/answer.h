@@ -94,8 +94,8 @@ int TFA_V(estimate_forward)(struct state *s, const tfa_request *r, uint32_t k,
 int TFA_V(answer_bias)(struct state *s, uint32_t k, tfa_reply *reply, tfa_answer *out);
 int TFA_V(answer_derivatives)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
                               tfa_answer *out);
-int TFA_V(answer_inverse_derivatives)(struct state *s, const tfa_request *r, uint32_t k,
-                                      tfa_reply *reply, tfa_answer *out);
+int TFA_V(answer_inverse_derivatives)(struct state *s, const tfa_request *r, tfa_reply *reply,
+                                      tfa_answer *out);
 /* Desired accelerations of the tips and posture forces, for answer_operational. Needs s->qdd and
  * s->tau; writes s->dx, s->a and s->f. With s->keeps_force there are neither qdd nor forces. */
 void TFA_V(task_error)(struct state *s, const tfa_request *r, uint32_t k);

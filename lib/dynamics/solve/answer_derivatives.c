@@ -19,16 +19,21 @@
 #include "dynamics/solve/load.h"
 #include "dynamics/solve/method.h"
 #include "spatial/row_vectors.h"
+#include "spatial/rows.h"
 
 static size_t public_freedoms(const struct state *s)
 {
     return (size_t)s->m->base_freedoms + s->m->v_count;
 }
 
-/* Numbers of a wrench in world axes about the reference point */
-static svec world_wrench(const double *x, const mat3 *axes, vec3 at)
+/* Wrench `index` of the request in world axes about the reference point */
+static svec world_wrench(const struct state *s, const tfa_request *r, uint32_t index,
+                         const mat3 *axes, vec3 at)
 {
-    svec w = {v3_load(x + 3), v3_load(x)};
+    num x[6];
+    for (size_t e = 0; e < 6; e++)
+        x[e] = gather_states(s, r->wrenches, 6 * (size_t)r->wrench_count, 6 * (size_t)index + e);
+    svec w = {v3(x[3], x[4], x[5]), v3(x[0], x[1], x[2])};
     if (axes)
         w = (svec){m3_mul(*axes, w.w), m3_mul(*axes, w.v)};
     w.w = v3_add(w.w, v3_cross(at, w.v));
@@ -36,7 +41,7 @@ static svec world_wrench(const double *x, const mat3 *axes, vec3 at)
 }
 
 /* Wrenches of the request that do not follow their bodies rigidly. Returns how many. */
-static uint32_t held_wrenches(const struct state *s, const tfa_request *r, uint32_t k, vec3 origin,
+static uint32_t held_wrenches(const struct state *s, const tfa_request *r, vec3 origin,
                               struct held_wrench out[TFA_MAX_WRENCHES])
 {
     uint32_t count = 0;
@@ -55,8 +60,7 @@ static uint32_t held_wrenches(const struct state *s, const tfa_request *r, uint3
         const mat3 axes = axes_in_world(W, at.E);
         const vec3 p = vec3_of_simd(point_in_world(W, at.r));
         held->at = v3_sub(r->frame == TFA_FRAME_WORLD ? v3_zero() : p, origin);
-        held->wrench = world_wrench(r->wrenches + 6 * ((size_t)r->wrench_count * k + w),
-                                    r->frame == TFA_FRAME_LOCAL ? &axes : NULL, held->at);
+        held->wrench = world_wrench(s, r, w, r->frame == TFA_FRAME_LOCAL ? &axes : NULL, held->at);
         count++;
     }
     return count;
@@ -67,25 +71,20 @@ static uint32_t held_wrenches(const struct state *s, const tfa_request *r, uint3
 enum { BY_Q, BY_V, BY_TAU, BLOCKS = DERIVATIVES_MATRICES };
 
 struct blocks {
-    double *out[BLOCKS]; /* NULL: not asked */
+    double *out[BLOCKS]; /* of all states; NULL: not asked */
     num *X[BLOCKS];      /* first number of each; those asked stand first in their groups */
     int asked;
     size_t n, groups, stride;
 };
 
-static double *square_of_state(double *matrices, size_t n, uint32_t k)
-{
-    return matrices ? matrices + n * n * k : NULL;
-}
-
-/* Those of state k. All zero, but 1 for the forces */
-static struct blocks clear_blocks(struct state *s, double *const matrices[BLOCKS], uint32_t k)
+/* All zero, but 1 for the forces */
+static struct blocks clear_blocks(struct state *s, double *const matrices[BLOCKS])
 {
     struct blocks b = {.n = public_freedoms(s)};
-    for (int by = 0; by < BLOCKS; by++)
-        b.out[by] = square_of_state(matrices[by], b.n, k);
-    for (int by = 0; by < BLOCKS; by++)
+    for (int by = 0; by < BLOCKS; by++) {
+        b.out[by] = matrices[by];
         b.asked += b.out[by] != NULL;
+    }
     for (int by = 0, first = 0, last = b.asked; by < BLOCKS; by++)
         b.X[by] = s->derivatives + DERIVATIVES_GROUP * (b.out[by] ? first++ : last++);
     b.groups = (b.n + DERIVATIVES_GROUP - 1) / DERIVATIVES_GROUP;
@@ -103,10 +102,10 @@ static struct blocks clear_blocks(struct state *s, double *const matrices[BLOCKS
 
 /* ---- M^-1 X of the blocks asked ---- */
 
-/* The columns of two groups in vectors that stay in registers: the same freedoms in each block,
- * whose rows are zero at the branches of other freedoms. */
+/* The columns of as many groups as registers hold, the same freedoms in each block: rows are zero
+ * at the branches of other freedoms. */
 #define GROUP_VECS (DERIVATIVES_GROUP / NUM_VEC_LANES)
-#define PANEL_GROUPS 2
+#define PANEL_GROUPS NUM_VEC_LANES /* twelve vectors */
 #define PANEL_VECS_MOST (PANEL_GROUPS * BLOCKS * GROUP_VECS)
 
 /* Vectors v of a row, of so many blocks asked */
@@ -162,20 +161,26 @@ TFA_INLINE void solve_outward(struct state *s, num *X, size_t stride, int groups
     }
 }
 
+/* Groups from g on, so many at a time. Returns the first one that is left. */
+TFA_INLINE size_t solve_groups(struct state *s, const struct blocks *b, size_t g, int groups,
+                               int blocks)
+{
+    for (; g + (size_t)groups <= b->groups; g += (size_t)groups) {
+        num *X = s->derivatives + DERIVATIVES_GROUP * BLOCKS * g;
+        solve_inward(s, X, b->stride, groups, blocks);
+        solve_outward(s, X, b->stride, groups, blocks);
+    }
+    return g;
+}
+
 /* By M = L^T D L: as ltdl_solve, for all columns of a panel at once */
 TFA_INLINE void solve_panels(struct state *s, const struct blocks *b, int blocks)
 {
-    num *X = s->derivatives;
-    size_t g = 0;
-    for (; g + PANEL_GROUPS <= b->groups; g += PANEL_GROUPS) {
-        solve_inward(s, X, b->stride, PANEL_GROUPS, blocks);
-        solve_outward(s, X, b->stride, PANEL_GROUPS, blocks);
-        X += PANEL_GROUPS * DERIVATIVES_GROUP * BLOCKS;
-    }
-    if (g < b->groups) {
-        solve_inward(s, X, b->stride, 1, blocks);
-        solve_outward(s, X, b->stride, 1, blocks);
-    }
+    size_t g = solve_groups(s, b, 0, PANEL_GROUPS, blocks);
+    if (PANEL_GROUPS > 2)
+        g = solve_groups(s, b, g, 2, blocks);
+    if (PANEL_GROUPS > 1)
+        (void)solve_groups(s, b, g, 1, blocks);
 }
 
 static void solve_rows(struct state *s, const struct blocks *b)
@@ -193,14 +198,14 @@ static void solve_column(struct state *s, tfa_method method, num *X, size_t stri
     num multiplier;
     for (uint32_t j = 0; j < s->freedoms; j++) {
         const size_t row = TFA_V(reduced_freedom)(s->m, j, &multiplier);
-        s->res[j] = multiplier == num_of(1) ? X[stride * row] : num_of(0);
+        s->res[j] = num_all(multiplier == num_of(1)) ? X[stride * row] : num_of(0);
     }
     for (uint32_t k = 0; k < s->m->mimics; k++)
         s->res[s->m->mimic[k].follower] = num_of(0);
     TFA_V(solve)(s, method, s->res, s->dx);
     for (uint32_t j = 0; j < s->freedoms; j++) {
         const size_t row = TFA_V(reduced_freedom)(s->m, j, &multiplier);
-        if (multiplier == num_of(1))
+        if (num_all(multiplier == num_of(1)))
             X[stride * row] = s->dx[j];
     }
 }
@@ -223,7 +228,8 @@ static tfa_method solve_blocks(struct state *s, const struct blocks *b)
 }
 
 /* Flags derivatives that may have lost digits; those by motion are made about one point, to which
- * light bodies far from it lose theirs. The estimate, which is of qdd, is none of theirs. */
+ * light bodies far from it lose theirs. The estimate, which is of qdd, is none of theirs. In lanes
+ * each state is then to be answered by itself, of floats by double. */
 static void doubt(struct state *s, const tfa_request *r, tfa_method factors, int by_motion,
                   tfa_answer *out)
 {
@@ -234,12 +240,14 @@ static void doubt(struct state *s, const tfa_request *r, tfa_method factors, int
         out->flags |= TFA_ANSWER_SENTINEL;
     if (!(out->flags & TFA_ANSWER_SENTINEL))
         return;
+    s->lanes_diverged |= NUM_LANES > 1;
     out->flags &= (uint16_t)~TFA_ANSWER_ESTIMATED;
     out->error_estimate = (double)NAN;
 }
 
 /* ---- the op ---- */
 
+#if NUM_LANES == 1
 /* Numbers of a vector as doubles */
 TFA_INLINE void store_doubles(double *out, num_vec x)
 {
@@ -249,41 +257,56 @@ TFA_INLINE void store_doubles(double *out, num_vec x)
         for (int l = 0; l < NUM_VEC_LANES; l++)
             out[l] = (double)vec_lane(x, l);
 }
+#endif
 
-/* out = sign x for a row of n numbers in groups. Returns rest + 0 if all are finite, else not a
- * number somewhere. */
-TFA_INLINE num_vec unload_row(const num *x, num sign, double *out, size_t n, num_vec rest)
+/* out = sign x for four numbers of a row, in the matrices of all states. Returns rest + 0 if all
+ * are finite, else not a number somewhere. */
+TFA_INLINE num_vec unload_group(const struct state *s, const num *x, num sign, double *out,
+                                size_t square, num_vec rest)
 {
-    for (; n >= DERIVATIVES_GROUP; n -= DERIVATIVES_GROUP) {
-        for (int v = 0; v < GROUP_VECS; v++) {
-            const num_vec y = sign * numbers_load(x + NUM_VEC_LANES * v);
-            rest += y - y;
-            store_doubles(out + NUM_VEC_LANES * v, y);
-        }
-        x += DERIVATIVES_GROUP * BLOCKS;
-        out += DERIVATIVES_GROUP;
+    num_vec y[GROUP_VECS];
+    for (int v = 0; v < GROUP_VECS; v++) {
+        y[v] = sign * numbers_load(x + NUM_VEC_LANES * v);
+        rest += y[v] - y[v];
     }
-    for (size_t e = 0; e < n; e++) {
-        rest += x[e] - x[e];
-        out[e] = (double)(sign * x[e]);
+#if NUM_LANES == 1
+    for (int v = 0; v < GROUP_VECS; v++)
+        store_doubles(out + square * s->lane[0] + NUM_VEC_LANES * v, y[v]);
+#else
+    scatter_numbers(y, s->lane, out, square, DERIVATIVES_GROUP);
+#endif
+    return rest;
+}
+
+/* The same for a row of n numbers in groups */
+TFA_INLINE num_vec unload_row(const struct state *s, const num *x, num sign, double *out, size_t n,
+                              num_vec rest)
+{
+    const size_t square = n * n, whole = n / DERIVATIVES_GROUP * DERIVATIVES_GROUP;
+    for (size_t j = 0; j < whole; j += DERIVATIVES_GROUP)
+        rest = unload_group(s, x + derivatives_column((uint32_t)j), sign, out + j, square, rest);
+    for (size_t j = whole; j < n; j++) {
+        const num y = sign * x[derivatives_column((uint32_t)j)];
+        rest += y - y;
+        scatter_numbers(&y, s->lane, out + j, square, 1);
     }
     return rest;
 }
 
 /* sign times a block. Returns 1 when all of it is finite. */
-static int unload_block(const struct blocks *b, int by, num sign)
+static int unload_block(const struct state *s, const struct blocks *b, int by, num sign)
 {
     num_vec rest = {0};
     num sum = num_of(0);
     for (size_t i = 0; b->out[by] && i < b->n; i++)
-        rest = unload_row(b->X[by] + b->stride * i, sign, b->out[by] + b->n * i, b->n, rest);
+        rest = unload_row(s, b->X[by] + b->stride * i, sign, b->out[by] + b->n * i, b->n, rest);
     for (int l = 0; l < NUM_VEC_LANES; l++)
         sum += vec_lane(rest, l);
-    return sum == num_of(0);
+    return num_all(sum == num_of(0));
 }
 
-static void forces_by_motion(struct state *s, const tfa_request *r, uint32_t k,
-                             const struct blocks *b, int of_world)
+static void forces_by_motion(struct state *s, const tfa_request *r, const struct blocks *b,
+                             int of_world)
 {
     struct held_wrench held[TFA_MAX_WRENCHES];
     struct inverse_derivatives d = {.dq = b->X[BY_Q],
@@ -292,7 +315,7 @@ static void forces_by_motion(struct state *s, const tfa_request *r, uint32_t k,
                                     .origin = TFA_V(derivatives_origin)(s),
                                     .of_world = of_world,
                                     .held = held};
-    d.held_count = held_wrenches(s, r, k, d.origin, held);
+    d.held_count = held_wrenches(s, r, d.origin, held);
     TFA_V(inverse_derivatives)(s, &d);
 }
 
@@ -327,27 +350,28 @@ int TFA_V(answer_derivatives)(struct state *s, const tfa_request *r, uint32_t k,
     if (status != TFA_OK)
         return status;
     double *const matrices[BLOCKS] = {reply->dqdd_dq, reply->dqdd_dv, reply->dqdd_dtau};
-    const struct blocks b = clear_blocks(s, matrices, k);
+    const struct blocks b = clear_blocks(s, matrices);
     const int by_motion = b.out[BY_Q] || b.out[BY_V];
     if (by_motion)
-        forces_by_motion(s, r, k, &b, 0);
+        forces_by_motion(s, r, &b, 0);
     if (b.asked)
         doubt(s, r, solve_blocks(s, &b), by_motion, out);
     if (b.out[BY_V])
         add_boost(s, &b);
-    const int finite = unload_block(&b, BY_Q, num_of(-1)) & unload_block(&b, BY_V, num_of(-1)) &
-                       unload_block(&b, BY_TAU, num_of(1));
+    const int finite = unload_block(s, &b, BY_Q, num_of(-1)) &
+                       unload_block(s, &b, BY_V, num_of(-1)) &
+                       unload_block(s, &b, BY_TAU, num_of(1));
     return finite ? TFA_OK : TFA_E_NOT_COMPUTED;
 }
 
-int TFA_V(answer_inverse_derivatives)(struct state *s, const tfa_request *r, uint32_t k,
-                                      tfa_reply *reply, tfa_answer *out)
+int TFA_V(answer_inverse_derivatives)(struct state *s, const tfa_request *r, tfa_reply *reply,
+                                      tfa_answer *out)
 {
     double *const matrices[BLOCKS] = {reply->dtau_dq, reply->dtau_dv, NULL};
-    const struct blocks b = clear_blocks(s, matrices, k);
+    const struct blocks b = clear_blocks(s, matrices);
     out->method = (uint16_t)s->by.method;
-    forces_by_motion(s, r, k, &b, 1);
-    return unload_block(&b, BY_Q, num_of(1)) & unload_block(&b, BY_V, num_of(1))
+    forces_by_motion(s, r, &b, 1);
+    return unload_block(s, &b, BY_Q, num_of(1)) & unload_block(s, &b, BY_V, num_of(1))
                ? TFA_OK
                : TFA_E_NOT_COMPUTED;
 }

@@ -28,7 +28,7 @@
  * or several. It grows with bodies times tips. */
 #define ROBOT_ALL_TIPS_BODIES_MAX 16
 /* Larger robots have no code for tips of states in lanes. */
-#define ROBOT_HAS_BATCH_TIPS (ROBOT_BODIES <= ROBOT_ALL_TIPS_BODIES_MAX)
+#define ROBOT_HAS_BATCH_TIPS (ROBOT_BODIES <= ROBOT_UNROLLED_BODIES_MAX)
 /* Beyond this many bodies, forward dynamics with a tip in two passes, one with the branches in
  * lanes, takes longer than the one pass of the generic kernel: 31 bodies 1.4 times as fast, 47
  * bodies 0.7 times. */

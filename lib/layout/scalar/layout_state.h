@@ -66,7 +66,9 @@ struct modal_handle {
 
 #define HAS_MODES(s) ((s)->m->modes != 0)
 
-#define STATE_DERIVATIVES (NUM_LANES == 1 && nv <= TFA_DERIVATIVES_FREEDOMS_MAX ? (size_t)nv : 0)
+#define STATE_DERIVATIVES_MAX                                                                      \
+    (NUM_LANES == 1 ? TFA_DERIVATIVES_FREEDOMS_MAX : TFA_DERIVATIVES_LANES_FREEDOMS_MAX)
+#define STATE_DERIVATIVES (nv <= STATE_DERIVATIVES_MAX ? (size_t)nv : 0)
 #define STATE_TIPS (NUM_LANES == 1 ? (size_t)n.tips : 0) /* batches have none */
 #define STATE_COLUMNS (6 * STATE_TIPS)
 #define STATE_ROW ((STATE_COLUMNS + 7) / 8 * 8) /* in whole registers (row_vectors.h) */

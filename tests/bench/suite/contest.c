@@ -153,7 +153,9 @@ static int make_inputs(struct contest *c)
     const size_t n = t->states, all = t->states > 1 ? n : SUITE_STATES;
     const size_t nv = c->nv, nm = nv + 6, six = 6 * (size_t)t->tips;
     const size_t mass = t->op == TFA_OP_MASS_MATRIX ? nm * nm : 0;
-    const size_t square = t->op == TFA_OP_DERIVATIVES ? nm * nm : 0;
+    const int differentiates =
+        t->op == TFA_OP_DERIVATIVES || t->op == TFA_OP_INVERSE_DYNAMICS_DERIVATIVES;
+    const size_t square = differentiates ? nm * nm : 0;
     const size_t forces =
         t->flags & TFA_WANT_JOINT_FORCES
             ? 6 * (size_t)c->contestant[0].library->tfa_model_frame_count(c->contestant[0].model)
@@ -189,6 +191,8 @@ static int make_inputs(struct contest *c)
                            .dqdd_dq = derivatives,
                            .dqdd_dv = derivatives + n * square,
                            .dqdd_dtau = derivatives + 2 * n * square,
+                           .dtau_dq = derivatives,
+                           .dtau_dv = derivatives + n * square,
                            .joint_forces = derivatives + 3 * n * square};
     return 0;
 }
@@ -200,7 +204,9 @@ static void set_state(struct contest *c, size_t state)
     r->q = c->q + (c->task->how == HOW_SAME_Q ? 0 : state) * c->nq;
     r->v = c->v + state * c->nv;
     r->tau = r->op == TFA_OP_FORWARD_DYNAMICS || r->op == TFA_OP_DERIVATIVES ? tau : NULL;
-    r->qdd = r->op == TFA_OP_INVERSE_DYNAMICS ? tau : NULL;
+    r->qdd = r->op == TFA_OP_INVERSE_DYNAMICS || r->op == TFA_OP_INVERSE_DYNAMICS_DERIVATIVES
+                 ? tau
+                 : NULL;
     r->base_pose = c->robot->base == TFA_BASE_FLOATING
                        ? c->pose + 7 * (c->task->how == HOW_SAME_Q ? 0 : state)
                        : NULL;

@@ -77,6 +77,7 @@ static size_t workspace_one_bytes(const struct library *l, const tfa_description
 #define ID .op = TFA_OP_INVERSE_DYNAMICS
 #define MASS .op = TFA_OP_MASS_MATRIX
 #define DERIVATIVES .op = TFA_OP_DERIVATIVES
+#define ID_DERIVATIVES .op = TFA_OP_INVERSE_DYNAMICS_DERIVATIVES
 #define LAMBDA .op = TFA_OP_OPERATIONAL_INERTIA
 #define TIP .tips = 1
 #define FORCES .flags = TFA_WANT_JOINT_FORCES
@@ -117,6 +118,7 @@ const struct task suite_tasks[] = {
     {"id-cold", "cold", ID, METHOD_ONLY, ONE, .how = HOW_COLD},
     {"mass", "mass matrix", MASS, METHOD_ONLY, ONE, SMALL},
     {"derivatives", "dqdd/dq, dqdd/dv, dqdd/dtau", DERIVATIVES, METHOD_ONLY, ONE, .most = 250},
+    {"id-derivatives", "dtau/dq, dtau/dv", ID_DERIVATIVES, METHOD_ONLY, ONE, .most = 250},
     {"lambda", "Lambda^-1 of a tip", LAMBDA, METHOD_ONLY, ONE, TIP},
     {"lambda-cold", "cold", LAMBDA, METHOD_ONLY, ONE, TIP, .how = HOW_COLD},
     {"lambda+sentinel", "with the sentinel", LAMBDA, ONE, TIP},
@@ -185,6 +187,9 @@ const struct task suite_tasks[] = {
     {"batch-f64+forces", "and the wrench across every joint", FD, METHOD_ONLY, BATCH, FORCES},
     {"batch-id+forces", "and the wrench across every joint", ID, METHOD_ONLY, BATCH, FORCES},
     {"batch-mass", "mass matrix", MASS, METHOD_ONLY, BATCH},
+    {"batch-derivatives", "dqdd/dq, dqdd/dv, dqdd/dtau", DERIVATIVES, METHOD_ONLY, BATCH},
+    {"batch-id-derivatives", "dtau/dq, dtau/dv", ID_DERIVATIVES, METHOD_ONLY, BATCH},
+    {"batch-f32-derivatives", "in float", DERIVATIVES, METHOD_ONLY, BATCH, .precision = TFA_F32},
     {"batch-lambda", "Lambda^-1 of a tip", LAMBDA, METHOD_ONLY, BATCH, TIP},
     /* long chains, by method; -2: on two threads */
     {"aba", "forward dynamics by aba", FD, BY(ABA), METHOD_ONLY, ONE, LONG},

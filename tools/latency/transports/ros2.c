@@ -14,8 +14,8 @@
 #include <string.h>
 #include <unistd.h>
 
-/* Discovery of the daemon's node; its first inputs are lost while it is not complete. */
-static const uint64_t discovery_ns = 5000000000, pause_ns = 10000000;
+/* Discovery of the daemon's node, and of this one by the daemon */
+static const uint64_t discovery_ns = 5000000000, pause_ns = 10000000, probe_ns = 1000000000;
 static const uint32_t second = 1000000000;
 enum { QUEUE_DEPTH = 10 };
 
@@ -170,10 +170,9 @@ static int make_endpoints(ros2_transport *r, const char *robot)
     return condition > 0 && dds_waitset_attach(r->waitset, condition, condition) == DDS_RETCODE_OK;
 }
 
-/* Waits until the daemon's node has found all three; timeout_ns 0: the default. */
-static int await_daemon(const ros2_transport *r, uint64_t timeout_ns)
+/* Whether the daemon's node is found, all three of its endpoints */
+static int await_discovery(const ros2_transport *r, uint64_t end)
 {
-    const uint64_t end = clock_ns() + (timeout_ns ? timeout_ns : discovery_ns);
     while (clock_ns() < end) {
         dds_publication_matched_status_t states = {0}, efforts = {0};
         dds_subscription_matched_status_t answers = {0};
@@ -185,6 +184,22 @@ static int await_daemon(const ros2_transport *r, uint64_t timeout_ns)
         transport_sleep(TFA_WAIT_BLOCK, clock_ns() + pause_ns);
     }
     return 0;
+}
+
+/* Waits for the daemon's node; timeout_ns 0: the default. It may find this one later than it is
+ * found, and messages until then are lost: states in another frame are sent until one is
+ * answered. */
+static int await_daemon(ros2_transport *r, uint64_t timeout_ns)
+{
+    const uint64_t end = clock_ns() + (timeout_ns ? timeout_ns : discovery_ns);
+    transport_answer answer;
+    int answered = 0;
+    snprintf(r->frame, sizeof r->frame, "probe-%d-%x", (int)getpid(), (unsigned)(uintptr_t)r);
+    for (int found = await_discovery(r, end); found && !answered && clock_ns() < end;)
+        answered = send_request(&r->base, clock_ns(), 0) == TFA_OK &&
+                   receive(&r->base, clock_ns() + probe_ns, &answer) == TFA_OK;
+    snprintf(r->frame, sizeof r->frame, "latency-%d-%x", (int)getpid(), (unsigned)(uintptr_t)r);
+    return answered;
 }
 
 /* ---- the robot ---- */
@@ -200,7 +215,6 @@ static int copy_names(ros2_transport *r, const tfa_client_info *info)
             return TFA_E_MEMORY;
     const dds_sequence_string names = {
         ._maximum = r->joints, ._length = r->joints, ._buffer = r->names, ._release = false};
-    snprintf(r->frame, sizeof r->frame, "latency-%d-%x", (int)getpid(), (unsigned)(uintptr_t)r);
     r->state.header.frame_id = r->efforts.header.frame_id = r->frame;
     r->state.name = r->efforts.name = names;
     return TFA_OK;
@@ -255,11 +269,12 @@ int transport_ros2_open(const latency_options *options, latency_states *states, 
         if (status == TFA_OK && !await_daemon(r, options->daemon.timeout_ns))
             status = TFA_E_TIMEOUT;
         if (status != TFA_OK)
-            fprintf(stderr,
-                    "totalforce latency: --via ros2: no daemon with the topics /%s/joint_states, "
-                    "/%s/joint_efforts and /%s/totalforce/accelerations in domain %u\n",
-                    options->daemon.robot, options->daemon.robot, options->daemon.robot,
-                    options->daemon.domain);
+            fprintf(
+                stderr,
+                "totalforce latency: --via ros2: no daemon answers on the topics /%s/joint_states, "
+                "/%s/joint_efforts and /%s/totalforce/accelerations in domain %u\n",
+                options->daemon.robot, options->daemon.robot, options->daemon.robot,
+                options->daemon.domain);
     }
     if (status == TFA_OK)
         *t = &r->base;

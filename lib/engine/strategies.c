@@ -273,16 +273,17 @@ static uint32_t bodies_of_tips(const struct tfa_model *m, const tfa_request *r)
     return bodies;
 }
 
-/* Forward dynamics by aba; inverse dynamics without other answers; Lambda^-1 if the trees of the
- * tips have more bodies than body lanes cost, because scalar code skips the other trees. The scalar
- * kernel estimates for tips. */
+/* Forward dynamics and task torques by aba; inverse dynamics without other answers; Lambda^-1 if
+ * the trees of the tips have more bodies than body lanes cost, because scalar code skips the other
+ * trees. The scalar kernel estimates for tips. */
 static int body_lanes_serve(const tfa_workspace *w, const struct call *c)
 {
     if (c->traits & TRAIT_ID)
         return !(c->traits & (TRAIT_TIPS | TRAITS_ADDED));
     if (c->traits & TRAIT_ESTIMATE && c->traits & TRAIT_TIPS)
         return 0;
-    return c->traits & TRAIT_FD || bodies_of_tips(w->model, c->request) >= w->body_lanes_min_bodies;
+    return c->traits & (TRAIT_FD | TRAIT_TASK) ||
+           bodies_of_tips(w->model, c->request) >= w->body_lanes_min_bodies;
 }
 
 /* Returns 0 if the kernel of one state must answer instead. */
@@ -355,7 +356,7 @@ static const struct strategy strategies[TFA_STRATEGIES] = {
      NULL, run_segments},
     {"batch", has_batch, TRAIT_FD | TRAIT_ID | TRAIT_M | TRAITS_DERIVATIVES, TRAIT_TIPS,
      TRAIT_JOINT_FORCES, TFA_METHODS_ALL, batch_serves, run_batch},
-    {"body lanes", has_body_lanes, TRAIT_FD | TRAIT_ID | TRAIT_OSIM,
+    {"body lanes", has_body_lanes, TRAIT_FD | TRAIT_ID | TRAIT_OSIM | TRAIT_TASK,
      REFUSED_BY_FACTORS | TRAIT_LAMBDA, TRAIT_TIP_MOTION | TRAIT_JOINT_FORCES,
      ARTICULATED | BIT(TFA_METHOD_RNEA), body_lanes_serve, run_body_lanes},
     {"scalar", always, ANY_OP, 0, TRAITS_ADDED, TFA_METHODS_ALL, NULL, run_scalar},

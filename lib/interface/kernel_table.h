@@ -20,12 +20,13 @@ struct tfa_lane_schedule;
 
 /* Where a kernel keeps the articulated-body factors of each body (state.h), in numbers of its
  * precision, for another that computes them: X, U and 1/D of joints with one freedom, 12, 6 and 1
- * numbers a body; and of joints with several, `joint_nd_bytes` apart. And motions and forces of
- * inverse dynamics: v, a and f, 6 numbers each, and whether v counts. */
+ * numbers a body; and of joints with several, `joint_nd_bytes` apart. Of forward dynamics c and u,
+ * 6 numbers and 1; motions and forces of inverse dynamics, v, a and f, 6 each; whether c and v
+ * count. */
 struct tfa_factor_buffers {
-    void *X, *U, *Dinv, *v, *a, *f;
+    void *X, *U, *Dinv, *c, *u, *v, *a, *f;
     int *moving;
-    char *part, *H, *joint_nd_U, *L;
+    char *part, *H, *joint_nd_U, *L, *joint_nd_u;
     size_t joint_nd_bytes;
 };
 
@@ -69,8 +70,8 @@ struct tfa_kernel {
     struct tfa_factor_buffers (*factor_buffers)(struct state *s);
     /* What a state of a checked request, which changes nothing about the robot, asks of its tips,
      * with the factors of the bodies that carry them: of another kernel, written to its
-     * factor_buffers. Lambda^-1 is neither refined nor estimated. Returns whether all of it is
-     * finite. */
+     * factor_buffers: Lambda^-1, neither refined nor estimated, or task torques. Returns 0 where
+     * the kernel of one state must answer: some of it is not finite, or a direction is lost. */
     int (*answer_tips)(struct state *s, const tfa_request *request, struct tfa_resolved by,
                        uint32_t k, tfa_reply *reply, tfa_answer *answer);
 
@@ -155,13 +156,13 @@ struct tfa_body_lanes_kernel {
     struct state *(*init)(const tfa_model *model, const struct tfa_lane_schedule *schedule,
                           void *memory);
     /* State k of a checked request, which changes nothing about the robot and has no mimics: its
-     * accelerations, where they are asked for, and its factors; or its forces. TFA_NOT_ANSWERED:
-     * some are not finite. */
+     * accelerations, where they are asked for, and its factors, of task torques no more; or its
+     * forces. TFA_NOT_ANSWERED: some are not finite. */
     int (*answer)(struct state *s, const tfa_request *request, uint32_t k, tfa_reply *reply);
     /* Of the accelerations that came last, as tfa_kernel.estimate */
     int (*estimate)(struct state *s, double limit, tfa_answer *answer);
-    /* Of the state that came last, the factors of all bodies that carry a tip of the request.
-     * Whether they are finite is checked where they are used. */
+    /* Of the state that came last, the factors of all bodies that carry a tip of the request, for
+     * task torques with c and u. Whether they are finite is checked where they are used. */
     void (*copy_factors)(const struct state *s, const tfa_request *request,
                          const struct tfa_factor_buffers *to);
     /* Of the same state X, v, and a and f of inverse dynamics of the accelerations in the reply. No

@@ -11,6 +11,7 @@
 #define FORWARD .op = TFA_OP_FORWARD_DYNAMICS
 #define INVERSE .op = TFA_OP_INVERSE_DYNAMICS
 #define LAMBDA .op = TFA_OP_OPERATIONAL_INERTIA
+#define TASK .op = TFA_OP_TASK_TORQUES
 #define DERIVATIVES .op = TFA_OP_DERIVATIVES
 #define ID_DERIVATIVES .op = TFA_OP_INVERSE_DYNAMICS_DERIVATIVES
 #define FORCES(where) .flags = TFA_WANT_JOINT_FORCES, .frame = TFA_FRAME_##where
@@ -58,6 +59,11 @@ const question questions[] = {
     {"derivatives by aba", DERIVATIVES, USUAL, .method = TFA_METHOD_ABA, .wrenches = true},
     {"derivatives of inverse dynamics", ID_DERIVATIVES, USUAL},
     {"the same with wrenches", ID_DERIVATIVES, USUAL, .wrenches = true},
+    {"task torques", TASK, USUAL, .tips = 1},
+    {"task torques at rest with poses", TASK, USUAL, .tips = 1, .flags = TFA_WANT_POSES,
+     .resting = true},
+    {"task torques of two tips with wrenches", TASK, USUAL, .tips = 2, .wrenches = true},
+    {"task torques, estimated", TASK, USUAL, .tips = 1, .estimate = ALWAYS},
     {"lambda of one tip", LAMBDA, USUAL, .tips = 1},
     {"lambda of three tips", LAMBDA, USUAL, .tips = 3},
     {"lambda by propagation", LAMBDA, USUAL, .tips = 3, .method = TFA_METHOD_PROPAGATION},
@@ -101,6 +107,8 @@ tfa_request question_request(const test_robot *robot, const question *q, const r
     r.tip_count = q->tips;
     for (uint32_t t = 0; t < q->tips; t++) /* the last links: ends of branches, as a rule */
         r.tips[t] = frames > 1 + t ? frames - 1 - t : 0;
+    if (q->op == TFA_OP_TASK_TORQUES)
+        r.task_acceleration = x->wrenches; /* as many numbers for each tip */
     if (!q->wrenches)
         r.wrench_count = 0;
     if (q->resting)

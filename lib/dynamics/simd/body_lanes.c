@@ -36,8 +36,9 @@ static int body_lanes_answer(struct state *s, const tfa_request *r, uint32_t k, 
         TFA_V(aba_factor)(s);
         return sentinel_trips(s) ? TFA_ANSWERED_SENTINEL : TFA_ANSWERED;
     }
-    TFA_V(aba)(s, s->tau, s->qdd);
-    if (!TFA_V(unload_qdd)(s, k, reply))
+    const int only_forces = r->op == TFA_OP_TASK_TORQUES;
+    TFA_V(aba)(s, s->tau, only_forces ? NULL : s->qdd);
+    if (!only_forces && !TFA_V(unload_qdd)(s, k, reply))
         return TFA_NOT_ANSWERED;
     return sentinel_trips(s) ? TFA_ANSWERED_SENTINEL : TFA_ANSWERED;
 }
@@ -91,15 +92,16 @@ static inline void copy_lane(void *out, const num *from, uint32_t n, uint32_t l)
         to[e] = x[e * NUM_LANES];
 }
 
-/* H of joints that are not fused is constant, and nothing propagates past a base. */
+/* H of joints that are not fused is constant, and only forces go past a base. */
 static __attribute__((noinline)) void copy_joint_nd(const struct joint_nd *w,
                                                     const struct tfa_body *b, uint32_t l,
-                                                    const struct tfa_factor_buffers *to)
+                                                    int forces, const struct tfa_factor_buffers *to)
 {
     const size_t at = to->joint_nd_bytes * (size_t)b->joint_nd;
     for (uint32_t k = 0; k < b->n; k++) {
         copy_lane((double *)(to->L + at) + 6 * k, w->L + 6 * k, 6, l);
-        if (!b->base)
+        copy_lane((double *)(to->joint_nd_u + at) + k, w->u + k, 1, l);
+        if (!b->base || forces)
             copy_lane((double *)(to->joint_nd_U + at) + 6 * k, w->U + 6 * k, 6, l);
         if (!is_fused(b->kind))
             continue;
@@ -108,17 +110,22 @@ static __attribute__((noinline)) void copy_joint_nd(const struct joint_nd *w,
     }
 }
 
-static inline void copy_body(const struct state *s, uint32_t i, const struct tfa_factor_buffers *to)
+static inline void copy_body(const struct state *s, uint32_t i, int forces,
+                             const struct tfa_factor_buffers *to)
 {
     const struct tfa_body *b = &s->m->body[i];
     const uint32_t k = s->step_of[i], l = s->lane_of[i];
     copy_lane((double *)to->X + 12 * (size_t)i, &s->X[k].E.xx, 12, l);
+    if (forces)
+        copy_lane((double *)to->c + 6 * (size_t)i, &s->c[k].w.x, 6, l);
     if (b->n > 1) {
-        copy_joint_nd(&s->joint_nd[b->joint_nd], b, l, to);
+        copy_joint_nd(&s->joint_nd[b->joint_nd], b, l, forces, to);
         return;
     }
     copy_lane((double *)to->U + 6 * (size_t)i, &s->U[k].w.x, 6, l);
     copy_lane((double *)to->Dinv + i, &s->Dinv[k], 1, l);
+    if (forces)
+        copy_lane((double *)to->u + i, &s->u[k], 1, l);
 }
 
 /* From each tip to the first body that is copied already */
@@ -126,10 +133,13 @@ static void copy_tip_factors(const struct state *s, const tfa_request *r,
                              const struct tfa_factor_buffers *to)
 {
     uint8_t copied[TFA_BODY_LANES_BODIES_MAX] = {0};
+    const int forces = r->op == TFA_OP_TASK_TORQUES;
+    if (forces)
+        *to->moving = s->moving;
     for (uint32_t t = 0; t < r->tip_count; t++)
         for (int32_t i = s->m->frame[r->tips[t]].body; i >= 0 && !copied[i];
              i = s->m->body[i].parent) {
-            copy_body(s, (uint32_t)i, to);
+            copy_body(s, (uint32_t)i, forces, to);
             copied[i] = 1;
         }
 }
@@ -148,7 +158,7 @@ static void copy_forces(struct state *s, const tfa_reply *reply,
         copy_lane((double *)to->a + 6 * (size_t)i, &s->a[k].w.x, 6, l);
         copy_lane((double *)to->f + 6 * (size_t)i, &s->f[k].w.x, 6, l);
         if (is_fused(b->kind))
-            copy_joint_nd(&s->joint_nd[b->joint_nd], b, l, to);
+            copy_joint_nd(&s->joint_nd[b->joint_nd], b, l, 0, to);
     }
 }
 

@@ -96,10 +96,13 @@ int TFA_V(answer_derivatives)(struct state *s, const tfa_request *r, uint32_t k,
                               tfa_answer *out);
 int TFA_V(answer_inverse_derivatives)(struct state *s, const tfa_request *r, tfa_reply *reply,
                                       tfa_answer *out);
+/* Of s->keeps_force: c and u of bodies that carry tips are those of another kernel */
+enum { KEEPS_FORCE_GIVEN = 2 };
 /* Desired accelerations of the tips and posture forces, for answer_operational. Needs s->qdd and
  * s->tau; writes s->dx, s->a and s->f. With s->keeps_force there are neither qdd nor forces. */
 void TFA_V(task_error)(struct state *s, const tfa_request *r, uint32_t k);
-/* Task torques, lambda, mu and p. Returns TFA_OK, TFA_E_RANK or TFA_E_NOT_COMPUTED. */
+/* Task torques, lambda, mu and p. Returns TFA_OK, TFA_E_RANK or TFA_E_NOT_COMPUTED; this, too,
+ * where directions are lost and forces were given. */
 int TFA_V(answer_operational)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
                               tfa_answer *answer);
 int TFA_V(answer_lambda)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,

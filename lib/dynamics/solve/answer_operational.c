@@ -202,6 +202,8 @@ int TFA_V(answer_operational)(struct state *s, const tfa_request *r, uint32_t k,
     tfa_rank rank;
     if (!factor_tips(s, r, answer->flags & TFA_ANSWER_ESTIMATED, &rank))
         return TFA_E_NOT_COMPUTED;
+    if (rank.lost && s->keeps_force == KEEPS_FORCE_GIVEN)
+        return TFA_E_NOT_COMPUTED;
     store_rank(s, r, k, &rank, reply, answer);
     if (r->rank_loss == TFA_RANK_REFUSE && rank.lost) {
         reply->field = TFA_FIELD_TIPS;

@@ -18,6 +18,8 @@ struct tfa_factor_buffers TFA_V(factor_buffers)(struct state *s)
     return (struct tfa_factor_buffers){.X = s->X,
                                        .U = s->U,
                                        .Dinv = s->Dinv,
+                                       .c = s->c,
+                                       .u = s->u,
                                        .v = s->v,
                                        .a = s->a,
                                        .f = s->f,
@@ -26,6 +28,7 @@ struct tfa_factor_buffers TFA_V(factor_buffers)(struct state *s)
                                        .H = (char *)s->joint_nd->H,
                                        .joint_nd_U = (char *)s->joint_nd->U,
                                        .L = (char *)s->joint_nd->L,
+                                       .joint_nd_u = (char *)s->joint_nd->u,
                                        .joint_nd_bytes = sizeof *s->joint_nd};
 }
 
@@ -41,6 +44,20 @@ static int answer_motion_of_tips(struct state *s, const tfa_request *r, uint32_t
     return TFA_V(answer_motion_loaded)(s, r, flags, k, reply);
 }
 
+/* c and u came with the factors: the forces of forward dynamics. Where directions are lost more is
+ * read than there is. */
+static int answer_task(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
+                       tfa_answer *out)
+{
+    s->keeps_force = KEEPS_FORCE_GIVEN;
+    (void)TFA_V(load_freedoms)(s, s->qd, r->base_twist, r->v);
+    TFA_V(leave_boost)(s);
+    TFA_V(load_forces)(s, r->base_wrench, r->tau);
+    TFA_V(task_error)(s, r, k);
+    return TFA_V(lambda_after)(s, r, k, METHOD_OF_ESTIMATES, 0, reply) &&
+           TFA_V(answer_operational)(s, r, k, reply, out) == TFA_OK;
+}
+
 /* The other's factors are those of some bodies at a q that was never loaded: nothing is kept. */
 int TFA_V(answer_tips)(struct state *s, const tfa_request *r, struct tfa_resolved by, uint32_t k,
                        tfa_reply *reply, tfa_answer *out)
@@ -54,7 +71,9 @@ int TFA_V(answer_tips)(struct state *s, const tfa_request *r, struct tfa_resolve
     sentinel_reset(s); /* of these factors it was asked before */
     if (r->flags & (FLAGS_TIP_MOTION | TFA_WANT_POSES))
         TFA_V(locate_tips)(s);
-    if (r->op == TFA_OP_OPERATIONAL_INERTIA)
+    if (r->op == TFA_OP_TASK_TORQUES)
+        finite = answer_task(s, r, k, reply, out);
+    else if (r->op == TFA_OP_OPERATIONAL_INERTIA)
         finite = TFA_V(answer_lambda)(s, r, k, reply, out) == TFA_OK;
     else if (reply->lambda_inv)
         finite = TFA_V(lambda_after)(s, r, k, METHOD_OF_ESTIMATES, 0, reply);

@@ -2,8 +2,8 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * Tips with the factors of body lanes, forces across joints with their motions, and inverse
- * dynamics: Lambda^-1, poses and forces are those of one body after the other, to the bit, in
- * whatever order requests come, whether they use body lanes or not.
+ * dynamics: Lambda^-1, task torques, poses and forces are those of one body after the other, to the
+ * bit, in whatever order requests come, whether they use body lanes or not.
  */
 #include "engine/strategy.h"
 #include "layout/schedule_body_lanes.h"
@@ -46,9 +46,9 @@ static tfa_method any_method(random_source *s, tfa_op op)
 {
     static const tfa_method methods[] = {TFA_METHOD_AUTO, TFA_METHOD_ABA, TFA_METHOD_PROPAGATION,
                                          TFA_METHOD_PV_OSIMR, TFA_METHOD_EFPA};
-    return methods[random_below(s, op == TFA_OP_INVERSE_DYNAMICS   ? 1
-                                   : op == TFA_OP_FORWARD_DYNAMICS ? 2
-                                                                   : 5)];
+    return methods[random_below(s, op == TFA_OP_INVERSE_DYNAMICS      ? 1
+                                   : op == TFA_OP_OPERATIONAL_INERTIA ? 5
+                                                                      : 2)];
 }
 
 /* At few states, so that coordinates come again; now and then there is an estimate, a joint is
@@ -57,7 +57,8 @@ static tfa_request any_request(random_source *s, const test_robot *robot, const 
                                const uint32_t *joint, const double *payload)
 {
     static const tfa_op ops[] = {TFA_OP_FORWARD_DYNAMICS, TFA_OP_OPERATIONAL_INERTIA,
-                                 TFA_OP_INVERSE_DYNAMICS};
+                                 TFA_OP_INVERSE_DYNAMICS, TFA_OP_TASK_TORQUES};
+    static const double task[6 * TIPS] = {1, -2, 3, 4, -5, 6, [7] = 2};
     const size_t c = random_below(s, COORDINATES), k = 2 * c + random_below(s, 2);
     const uint32_t frames = tfa_model_frame_count(robot->model);
     tfa_request r = fixture_request(robot, x);
@@ -72,11 +73,12 @@ static tfa_request any_request(random_source *s, const test_robot *robot, const 
     r.qdd = r.tau += k * robot->nv;
     r.base_pose = r.base_pose ? r.base_pose + 7 * c : NULL;
     r.base_twist = r.base_twist && r.v ? r.base_twist + 6 * k : NULL;
-    r.tip_count = random_below(s, TIPS) + (r.op == TFA_OP_OPERATIONAL_INERTIA);
+    const int moves = r.op == TFA_OP_FORWARD_DYNAMICS || r.op == TFA_OP_INVERSE_DYNAMICS;
+    r.tip_count = random_below(s, TIPS) + !moves;
+    r.task_acceleration = task;
     const int solves = r.op != TFA_OP_INVERSE_DYNAMICS;
-    r.flags =
-        TFA_WANT_POSES | (r.tip_count && solves ? TFA_WANT_SPECTRUM : 0) |
-        (r.op != TFA_OP_OPERATIONAL_INERTIA && random_below(s, 2) ? TFA_WANT_JOINT_FORCES : 0);
+    r.flags = TFA_WANT_POSES | (r.tip_count && solves ? TFA_WANT_SPECTRUM : 0) |
+              (moves && random_below(s, 2) ? TFA_WANT_JOINT_FORCES : 0);
     for (uint32_t t = 0; t < r.tip_count; t++)
         r.tips[t] = random_below(s, frames);
     if (random_below(s, 8) == 0 && r.method != TFA_METHOD_EFPA) {

@@ -68,12 +68,17 @@ static void every_question(test_robot *robot)
 /* The same bits as one at a time, whatever is asked. */
 EVERY_ROBOT(same_bits_as_one_at_a_time, every_question, false)
 
+static const question derivatives = {
+    "derivatives", .op = TFA_OP_DERIVATIVES, .refine = TFA_REFINE_DEFAULT};
+
 static void every_count(test_robot *robot)
 {
     struct both b;
     open_both(&b, robot, TFA_F64);
-    for (uint32_t count = 1; count <= STATES; count++)
+    for (uint32_t count = 1; count <= STATES; count++) {
         ask_both(&b, robot, &questions[0], count);
+        ask_both(&b, robot, &derivatives, count);
+    }
     close_both(&b);
 }
 
@@ -88,6 +93,7 @@ static void overflow(test_robot *robot)
     for (uint32_t j = 0; j < robot->nv; j++)
         b.x->tau[(size_t)bad * robot->nv + j] = j % 2 ? -1.7e308 : 1.7e308;
     ask_both(&b, robot, &questions[0], STATES);
+    ask_both(&b, robot, &derivatives, STATES);
     close_both(&b);
 }
 

@@ -98,9 +98,10 @@ static __attribute__((noinline)) void copy_joint_nd(const struct joint_nd *w,
                                                     int forces, const struct tfa_factor_buffers *to)
 {
     const size_t at = to->joint_nd_bytes * (size_t)b->joint_nd;
+    if (forces)
+        copy_lane(to->joint_nd_u + at, w->u, b->n, l);
     for (uint32_t k = 0; k < b->n; k++) {
         copy_lane((double *)(to->L + at) + 6 * k, w->L + 6 * k, 6, l);
-        copy_lane((double *)(to->joint_nd_u + at) + k, w->u + k, 1, l);
         if (!b->base || forces)
             copy_lane((double *)(to->joint_nd_U + at) + 6 * k, w->U + 6 * k, 6, l);
         if (!is_fused(b->kind))

@@ -32,26 +32,12 @@ struct tfa_factor_buffers TFA_V(factor_buffers)(struct state *s)
                                        .joint_nd_bytes = sizeof *s->joint_nd};
 }
 
-/* The poses came with the factors. Returns 1 when all is finite. */
-static int answer_motion_of_tips(struct state *s, const tfa_request *r, uint32_t k,
-                                 tfa_reply *reply)
-{
-    const uint32_t flags = r->flags & (FLAGS_TIP_MOTION | TFA_WANT_POSES);
-    if (!flags)
-        return 1;
-    (void)TFA_V(load_freedoms)(s, s->qd, r->base_twist, r->v);
-    TFA_V(leave_boost)(s);
-    return TFA_V(answer_motion_loaded)(s, r, flags, k, reply);
-}
-
 /* c and u came with the factors: the forces of forward dynamics. Where directions are lost more is
  * read than there is. */
 static int answer_task(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
                        tfa_answer *out)
 {
     s->keeps_force = KEEPS_FORCE_GIVEN;
-    (void)TFA_V(load_freedoms)(s, s->qd, r->base_twist, r->v);
-    TFA_V(leave_boost)(s);
     TFA_V(load_forces)(s, r->base_wrench, r->tau);
     TFA_V(task_error)(s, r, k);
     return TFA_V(lambda_after)(s, r, k, METHOD_OF_ESTIMATES, 0, reply) &&
@@ -62,6 +48,7 @@ static int answer_task(struct state *s, const tfa_request *r, uint32_t k, tfa_re
 int TFA_V(answer_tips)(struct state *s, const tfa_request *r, struct tfa_resolved by, uint32_t k,
                        tfa_reply *reply, tfa_answer *out)
 {
+    const uint32_t motion = r->flags & (FLAGS_TIP_MOTION | TFA_WANT_POSES);
     int finite = 1;
     s->by = by;
     load_indices(s, r, k, 1);
@@ -69,15 +56,20 @@ int TFA_V(answer_tips)(struct state *s, const tfa_request *r, struct tfa_resolve
     s->spans = TFA_V(load_spans)(s, r, s->span);
     s->have = HAVE_POSE | HAVE_ABA;
     sentinel_reset(s); /* of these factors it was asked before */
-    if (r->flags & (FLAGS_TIP_MOTION | TFA_WANT_POSES))
+    if (motion)
         TFA_V(locate_tips)(s);
+    if (motion || r->op == TFA_OP_TASK_TORQUES) { /* poses came with the factors, these did not */
+        (void)TFA_V(load_freedoms)(s, s->qd, r->base_twist, r->v);
+        TFA_V(leave_boost)(s);
+    }
     if (r->op == TFA_OP_TASK_TORQUES)
         finite = answer_task(s, r, k, reply, out);
     else if (r->op == TFA_OP_OPERATIONAL_INERTIA)
         finite = TFA_V(answer_lambda)(s, r, k, reply, out) == TFA_OK;
     else if (reply->lambda_inv)
         finite = TFA_V(lambda_after)(s, r, k, METHOD_OF_ESTIMATES, 0, reply);
-    finite &= answer_motion_of_tips(s, r, k, reply);
+    if (motion)
+        finite &= TFA_V(answer_motion_loaded)(s, r, motion, k, reply);
     s->have = 0;
     return finite;
 }

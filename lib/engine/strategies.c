@@ -372,8 +372,8 @@ uint32_t tfa_strategies_of(const tfa_workspace *w, const struct strategy **out)
 }
 
 /* Derivatives of one state have their columns in lanes: a full vector of eight states takes as long
- * as 2.5 (arm) to 4.1 states (humanoid) one by one, of four 1.8 to 2.1 (Intel Xeon VM, gcc 12,
- * 2026-11-28). */
+ * as 2.5 (arm7) to 4.7 states alone (humanoid30, floating), of four 1.8 to 3.2 (bench_suite --tasks
+ * derivatives,batch-derivatives, Intel Xeon VM, gcc 12, 2026-11-28). */
 static uint32_t batch_min(const tfa_workspace *w, uint32_t traits)
 {
     const uint32_t half = w->batch ? w->batch->lanes / 2 : 0;

@@ -24,9 +24,9 @@
 /* Inner freedoms of robots with derivatives: 3 x n x n numbers in every workspace (1.5 MiB in
  * double). */
 #define TFA_DERIVATIVES_FREEDOMS_MAX 256
-/* and of those whose batches have them in lanes: as many numbers in each lane. With vectors of 64
- * bytes 35 freedoms take 0.47 of the time of one by one, 53 freedoms, which leave the second-level
- * cache, 0.85 (Intel Xeon VM, 2026-11-28). */
+/* and of those whose batches have them in lanes: as many numbers in each lane. A state in a batch
+ * of 512 takes 0.58 of the time of one alone with 36 freedoms (humanoid30, floating), and 0.72 with
+ * 53 (humanoid), with AVX2 0.79 and 0.93 (bench_suite, Intel Xeon VM, gcc 12, 2026-11-28). */
 #define TFA_DERIVATIVES_LANES_FREEDOMS_MAX 40
 
 /* Longest main chain of the method hessenberg: it keeps 36 N (N - 1) / 2 numbers (2.4 MB in double)

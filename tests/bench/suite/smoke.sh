@@ -35,7 +35,7 @@ grep -q '^| scan-2 | [0-9]' "$work/chains"
 "$1" --library "$2" --rounds 1 --turn-us 1 --error "$robots/humanoid.urdf" >"$work/all.csv"
 awk -F, 'NR > 1 { rows++ }
     NR > 1 && $19 > ($10 == "f32" ? 1e-2 : 1e-7) { print "error: " $0; bad = 1 }
-    END { if (rows != 76) { print "rows: " rows; bad = 1 } exit bad }' "$work/all.csv"
+    END { if (rows != 80) { print "rows: " rows; bad = 1 } exit bad }' "$work/all.csv"
 
 "$1" --library "$2" --kernels "$work" --snap 1e-6 --rounds 2 --turn-us 5 \
     --tasks fd,fd-chained,lambda,fd+payload,batch-f64 "$robots/arm7.urdf" >"$work/specialised.csv"

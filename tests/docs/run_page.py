@@ -180,7 +180,7 @@ def make_folder(options, scratch):
     # DDS keeps to ports of its own: other daemons of domain 0 on this machine are not met. Those of
     # each test domain are others, and below those of the test domains themselves.
     local = folder / "config/dds/local.xml"
-    base = 8000 + (int(os.environ["TEST_DOMAIN"]) - 200) * 250
+    base = 8000 + (int(os.environ["TEST_DOMAIN"]) - 75) * 250
     local.write_text(local.read_text().replace(
         "<Discovery>", f"<Discovery><Ports><Base>{base}</Base></Ports>"))
     return folder

@@ -25,9 +25,10 @@ int TFA_V(wants_estimate)(const tfa_request *r, tfa_method method)
            (r->estimate == TFA_ESTIMATE_DEFAULT && method_inverts(method));
 }
 
-/* Float has 7 digits, of which a long chain takes 3 or 4; with double one step is nearly always
- * enough, and the second is made where it is not. */
-#define STEPS_MIXED (NUM_EPSILON > 0x1p-52 ? 3 : 2)
+/* At most: no step is made once the remainder is small (refine.c). Float has 7 digits, of which a
+ * long chain takes 3 or 4, and every second step may gain little; with double one step is nearly
+ * always enough. */
+#define STEPS_MIXED (NUM_EPSILON > 0x1p-52 ? 4 : 2)
 
 uint32_t TFA_V(refine_steps)(const struct state *s, const tfa_request *r, tfa_method method)
 {

@@ -204,7 +204,7 @@ static struct promise promises[] = {
     {"hessenberg, f32", &f32, TFA_METHOD_HESSENBERG, 0, 8, 8, OF_ABA, 1e4, TFA_ANSWER_FALLBACK, 0},
     {"scan, f32", &f32, TFA_METHOD_SCAN, 0, 8, 8, OF_ABA, 5, TFA_ANSWER_FALLBACK, 0},
     {"aba, f32+f64", &f32_f64, TFA_METHOD_ABA, BY_DEFAULT, 8, 8, OF_ABA, 5, FLAGGED, 0},
-    /* three steps of float factors may not be enough there: the residual kernel then answers,
+    /* four steps of float factors may not be enough there: the residual kernel then answers,
      * and says so */
     {"aba, f32+f64, long", &f32_f64, TFA_METHOD_ABA, BY_DEFAULT, 32, 128, OF_ABA, 5, 0, 0},
     {"scan, f32+f64", &f32_f64, TFA_METHOD_SCAN, BY_DEFAULT, 8, 128, OF_ABA, 10, 0, 0},

@@ -203,8 +203,8 @@ int command_specialise(int argc, char **argv)
         .doc =
             "Compiles the kernels once more with the constants of one robot in them, into a shared "
             "object that the library and the daemon load by the hash of the model: forward "
-            "dynamics, inverse dynamics, the mass matrix, Lambda^-1 of one tip, and the first "
-            "with the last.\v"
+            "dynamics, inverse dynamics, the mass matrix, Lambda^-1 of one tip, the first "
+            "with the last, and derivatives.\v"
             "Takes the system's compiler. The options of the model are those of `totalforce "
             "model`: "
             "another base, scene or policy is another model with another kernel.",

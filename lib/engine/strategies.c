@@ -92,6 +92,8 @@ static int has_specialised(const tfa_workspace *w)
  * kernel. */
 static int specialised_serves(const tfa_workspace *w, const struct call *c)
 {
+    if (c->traits & TRAIT_DERIVATIVES && c->by.method != TFA_METHOD_CRBA) /* its code has M */
+        return 0;
     if (w->precision == TFA_F32)
         return w->specialised->supports_f32(&w->host, c->request) ||
                (c->traits & TRAIT_TIPS && w->specialised->supports(&w->host, c->request));
@@ -349,8 +351,9 @@ static uint32_t run_scalar(tfa_workspace *w, const struct call *c, uint32_t k, u
 /* Answers that the scalar kernel computes while it has the state */
 #define SCALAR_ONLY (TRAIT_LAMBDA | TRAIT_POINT)
 static const struct strategy strategies[TFA_STRATEGIES] = {
-    {"specialised", has_specialised, TRAIT_FD | TRAIT_ID | TRAIT_OSIM | TRAIT_M, SCALAR_ONLY, 0,
-     SPECIALISED, specialised_serves, run_specialised},
+    {"specialised", has_specialised,
+     TRAIT_FD | TRAIT_ID | TRAIT_OSIM | TRAIT_M | TRAITS_DERIVATIVES, SCALAR_ONLY, 0, SPECIALISED,
+     specialised_serves, run_specialised},
     {"mixed", has_residual_kernel, ANY_OP, 0, TRAITS_ADDED, TFA_METHODS_ALL, NULL, tfa_run_mixed},
     {"segment lanes", has_segments, TRAIT_FD, REFUSED_BY_FACTORS | TRAIT_TIPS, 0, SCANS | CYCLIC,
      NULL, run_segments},

@@ -8,6 +8,7 @@
 
 #include "layout/state.h"
 #include "spatial/screw.h"
+#include "spatial/world_axes.h"
 
 /* The axis of a 1-freedom joint among the six components of a spatial vector */
 static inline int body_axis(const body_constants *b)
@@ -93,6 +94,21 @@ static inline svec base_motion(const num *x)
 static inline void base_force(svec f, num *x)
 {
     sv_store(x, (svec){f.v, f.w});
+}
+
+/* Column k of the motion subspace of a joint with one freedom or of a floating base, whose body has
+ * this pose, at point p of the world */
+static inline struct motion_simd
+joint_axis_in_world(const body_constants *b, const struct world_pose *W, uint32_t k, vec3_simd p)
+{
+    const vec3_simd zero = vec3_simd_of(num_of(0), num_of(0), num_of(0));
+    if (is_revolute(b->kind))
+        return rotation_at_point(W->E.row[2], W->r, p);
+    if (is_prismatic(b->kind))
+        return (struct motion_simd){zero, W->E.row[2]};
+    if (k < 3) /* base_motion: the body's axes */
+        return (struct motion_simd){zero, W->E.row[k]};
+    return rotation_at_point(W->E.row[k - 3], W->r, p);
 }
 
 /* a += H x for the joint of body b, x its freedoms */

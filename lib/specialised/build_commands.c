@@ -102,7 +102,8 @@ static const struct isa *current_isa(void)
     return &isas[0];
 }
 
-/* One object: specialised_solve.c, specialised_body_lanes.c or the table, specialised.c */
+/* One object: specialised_solve.c, specialised_derivatives.c, specialised_body_lanes.c or the table
+ * (specialised.c) */
 struct object {
     const char *name; /* the variant, and NAME.o */
     const char *source;
@@ -124,6 +125,8 @@ static const struct object objects[] = {
     {"batch_f32_payloads_aba", "specialised_solve", "aba", "-DROBOT_PAYLOADS", "f32xn",
      LANES_STATES},
     {"batch_f32_crba", "specialised_solve", "crba", NULL, "f32xn", LANES_STATES},
+    {"derivatives_one", "specialised_derivatives", "aba", NULL, "f64", LANES_NONE},
+    {"derivatives_batch", "specialised_derivatives", "aba", NULL, "f64xn", LANES_STATES},
     {"table", "specialised", "aba", NULL, "f64", LANES_NONE},
 };
 enum { OBJECTS = sizeof objects / sizeof *objects, TABLE = OBJECTS - 1 };

@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "interface/traits.h"
 #include "specialised/self_test.h"
 
 /* Largest difference, or so many times the generic answer's error estimate. Answers in float whose
@@ -53,6 +54,10 @@ static const struct self_test_case cases[] = {
     {"inverse dynamics with a gravity", INVERSE, 0, ALIGNED, 0, SELF_TEST_GRAVITY},
     {"inverse dynamics with a payload", INVERSE, 0, ALIGNED, 0, SELF_TEST_PAYLOAD},
     {"inverse dynamics with a wrench", INVERSE, 0, ALIGNED, 0, SELF_TEST_WRENCH},
+    {"derivatives", TFA_OP_DERIVATIVES, 0, ALIGNED, 0, 0},
+    {"derivatives at rest", TFA_OP_DERIVATIVES, 0, ALIGNED, 0, SELF_TEST_AT_REST},
+    {"derivatives with a gravity", TFA_OP_DERIVATIVES, 0, ALIGNED, 0, SELF_TEST_GRAVITY},
+    {"derivatives of inverse dynamics", TFA_OP_INVERSE_DYNAMICS_DERIVATIVES, 0, ALIGNED, 0, 0},
     {"mass matrix", MASS, 0, ALIGNED, 0, 0},
     {"mass matrix with a payload", MASS, 0, ALIGNED, 0, SELF_TEST_PAYLOAD},
     {"mass matrix with a locked joint", MASS, 0, ALIGNED, 0, SELF_TEST_LOCKED},
@@ -93,7 +98,10 @@ static int guards_intact(const struct self_test *t)
     return guard_intact(r->qdd + v) && guard_intact(r->tau + v) &&
            guard_intact(r->base_acceleration + 6 * n) && guard_intact(r->base_wrench + 6 * n) &&
            guard_intact(r->lambda_inv + 144 * n) && guard_intact(r->poses + 14 * n) &&
-           guard_intact(r->mass_matrix + self_test_mass(t->model) * n);
+           guard_intact(r->mass_matrix + self_test_mass(t->model) * n) &&
+           guard_intact(r->dqdd_dq + self_test_derivatives(t->model) * n) &&
+           guard_intact(r->dqdd_dv + self_test_derivatives(t->model) * n) &&
+           guard_intact(r->dqdd_dtau + self_test_derivatives(t->model) * n);
 }
 
 /* ---- comparison ---- */
@@ -105,8 +113,22 @@ struct result_array {
     size_t n; /* numbers of a state */
 };
 
+#define RESULT_ARRAYS 4 /* of one answer, at most */
+
+/* Derivatives of state k; those of tau are where those of qdd are. Returns how many. */
+static uint32_t derivative_arrays(const struct self_test *t, uint32_t k, struct result_array *p)
+{
+    const tfa_reply *a = &t->tested.reply, *b = &t->reference.reply;
+    const size_t entries = self_test_derivatives(t->model), at = entries * k;
+    p[0] = (struct result_array){"dq", a->dqdd_dq + at, b->dqdd_dq + at, entries};
+    p[1] = (struct result_array){"dv", a->dqdd_dv + at, b->dqdd_dv + at, entries};
+    p[2] = (struct result_array){"dqdd_dtau", a->dqdd_dtau + at, b->dqdd_dtau + at, entries};
+    return t->request.op == TFA_OP_DERIVATIVES ? 3 : 2;
+}
+
 /* Arrays of state k; accelerations of base and joints are compared together. */
-static uint32_t result_arrays(const struct self_test *t, uint32_t k, struct result_array p[4])
+static uint32_t result_arrays(const struct self_test *t, uint32_t k,
+                              struct result_array p[RESULT_ARRAYS])
 {
     const tfa_request *r = &t->request;
     const tfa_reply *a = &t->tested.reply, *b = &t->reference.reply;
@@ -123,6 +145,8 @@ static uint32_t result_arrays(const struct self_test *t, uint32_t k, struct resu
         p[count++] = (struct result_array){"base_wrench", a->base_wrench + base * k,
                                            b->base_wrench + base * k, base};
     }
+    if (TFA_OP_BIT(r->op) & TRAITS_DERIVATIVES)
+        count += derivative_arrays(t, k, p + count);
     if (r->op == TFA_OP_MASS_MATRIX) {
         const size_t entries = self_test_mass(t->model);
         p[count++] = (struct result_array){"mass_matrix", a->mass_matrix + entries * k,
@@ -163,14 +187,13 @@ static double difference(const struct result_array *p)
 static const char *compare_state(const struct self_test *t, uint32_t k, enum way way, double *wrong,
                                  double *error)
 {
-    struct result_array p[4];
+    struct result_array p[RESULT_ARRAYS];
     const uint32_t count = result_arrays(t, k, p);
     const double least = way == BATCH_F32 ? RELATIVE_ERROR_MAX_F32 : RELATIVE_ERROR_MAX;
     const double estimate = t->reference.answers[k].error_estimate * ESTIMATE_FACTOR *
                             (way == BATCH_F32 ? ROUNDING_F32 : 1);
     const double bound = estimate > least ? estimate : least; /* also without an estimate */
-    const int motion =
-        t->request.op == TFA_OP_FORWARD_DYNAMICS || t->request.op == TFA_OP_INVERSE_DYNAMICS;
+    const int motion = (TFA_OP_BIT(t->request.op) & (TRAIT_FD | TRAIT_ID)) != 0;
     const double motion_size =
         motion ? fmax(largest(p[0].reference, p[0].n), largest(p[1].reference, p[1].n)) : 0;
     for (uint32_t i = 0; i < count; i++) {
@@ -225,7 +248,7 @@ static int run_case(struct self_test *t, const struct tfa_specialised_kernel *ke
     double wrong = 0;
     poison(t);
     tfa_request r = t->request;
-    if (test_case->op != TFA_OP_INVERSE_DYNAMICS && test_case->op != TFA_OP_MASS_MATRIX)
+    if (TFA_OP_BIT(test_case->op) & (TRAIT_FD | TRAIT_OSIM | TRAIT_DERIVATIVES))
         r.estimate = TFA_ESTIMATE_ALWAYS;
     (void)tfa_compute(t->generic, &r, &t->reference.reply);
     run_kernel(t, kernel, way, done);
@@ -306,7 +329,7 @@ static int has_same_bits(struct self_test *t, const struct tfa_specialised_kerne
 {
     uint8_t alone[SELF_TEST_STATES] = {0}, batch[SELF_TEST_STATES] = {0};
     const struct self_test_reply other = t->reference;
-    struct result_array p[4];
+    struct result_array p[RESULT_ARRAYS];
     int same = 1;
     run_kernel(t, kernel, ALONE, alone);
     t->reference = t->tested;

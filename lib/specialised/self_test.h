@@ -54,6 +54,13 @@ static inline size_t self_test_mass(const tfa_model *m)
     return n * n;
 }
 
+/* and of each matrix of derivatives */
+static inline size_t self_test_derivatives(const tfa_model *m)
+{
+    const int has_them = !m->base_freedoms && m->freedoms <= TFA_SPECIALISED_DERIVATIVES_MAX;
+    return has_them ? self_test_mass(m) : 0;
+}
+
 /* Memory for requests and answers, and the generic workspace; to be closed after an error, too */
 int self_test_open(struct self_test *t, const tfa_model *model);
 void self_test_close(struct self_test *t);

@@ -76,18 +76,24 @@ static void set_reply_buffers(struct self_test_reply *a, const tfa_model *m, dou
                   {&a->reply.base_wrench, 6},
                   {&a->reply.lambda_inv, 144},
                   {&a->reply.poses, 14},
-                  {&a->reply.mass_matrix, self_test_mass(m)}};
+                  {&a->reply.mass_matrix, self_test_mass(m)},
+                  {&a->reply.dqdd_dq, self_test_derivatives(m)},
+                  {&a->reply.dqdd_dv, self_test_derivatives(m)},
+                  {&a->reply.dqdd_dtau, self_test_derivatives(m)}};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
         *arrays[k].array = *at;
         *at += SELF_TEST_STATES * arrays[k].width + SELF_TEST_GUARD;
     }
+    a->reply.dtau_dq = a->reply.dqdd_dq;
+    a->reply.dtau_dv = a->reply.dqdd_dv;
     a->reply.answers = a->answers;
 }
 
 static size_t outputs_of(const tfa_model *m)
 {
-    return (size_t)SELF_TEST_STATES * (2 * m->v_count + 6 + 6 + 144 + 14 + self_test_mass(m)) +
-           7 * SELF_TEST_GUARD;
+    return (size_t)SELF_TEST_STATES * (2 * m->v_count + 6 + 6 + 144 + 14 + self_test_mass(m) +
+                                       3 * self_test_derivatives(m)) +
+           10 * SELF_TEST_GUARD;
 }
 
 /* ---- requests ---- */

@@ -188,12 +188,12 @@ int find_compiler(const char *wanted, const char *folder, const struct process_l
 /* Command lines that make a shared object, with products fused (clang; of floats
  * always) or not: at most BUILD_COMMANDS_MAX,
  * each ends with NULL. The last two compile the table, which needs robot_choice.h, and link. */
-#define BUILD_COMMANDS_MAX 12
+#define BUILD_COMMANDS_MAX 14
 #define BUILD_ARGUMENTS_MAX 60
 struct build_commands {
     int runs;
     const char *argv[BUILD_COMMANDS_MAX][BUILD_ARGUMENTS_MAX];
-    char storage[160][640]; /* formatted arguments */
+    char storage[200][640]; /* formatted arguments */
 };
 int build_commands_write(struct build_commands *commands, const struct compiler_info *compiler,
                          const char *sources, const char *folder,

@@ -11,6 +11,7 @@
  * its errors are compared with those in double times the ratio of the roundings.
  */
 #include "fixture.h"
+#include "interface/specialised_abi.h"
 #include "kernels.h"
 #include "model/model.h"
 #include "models.h"
@@ -39,6 +40,7 @@ static int by(const char *algorithm)
 struct answer {
     double x[STATES * FREEDOMS], base[STATES * 6], lambda[STATES * 36];
     double mass[STATES * FREEDOMS * FREEDOMS];
+    double derivatives[3][STATES * FREEDOMS * FREEDOMS]; /* by q, v and tau */
 };
 
 /* What was found about one robot: the largest of each */
@@ -143,8 +145,14 @@ static void compute(const struct comparison *t, tfa_workspace *w, const tfa_requ
                     struct answer *a)
 {
     const int forces = r->op == TFA_OP_INVERSE_DYNAMICS;
+    const size_t entries = (size_t)t->robot->n * t->robot->n * k;
     tfa_reply reply = {.lambda_inv = a->lambda + (size_t)36 * k,
-                       .mass_matrix = a->mass + (size_t)t->robot->n * t->robot->n * k};
+                       .mass_matrix = a->mass + entries,
+                       .dqdd_dq = a->derivatives[0] + entries,
+                       .dqdd_dv = a->derivatives[1] + entries,
+                       .dqdd_dtau = a->derivatives[2] + entries,
+                       .dtau_dq = a->derivatives[0] + entries,
+                       .dtau_dv = a->derivatives[1] + entries};
     *(forces ? &reply.tau : &reply.qdd) = a->x + (size_t)t->robot->nv * k;
     *(forces ? &reply.base_wrench : &reply.base_acceleration) = a->base + (size_t)6 * k;
     compute_ok(t->robot, w, r, &reply);
@@ -206,6 +214,16 @@ static void compare_mass(struct comparison *t, const char *what)
     compare_states(t, what, &(struct result_array){{offsetof(struct answer, mass)}, {n * n}}, 1);
 }
 
+static void compare_derivatives(struct comparison *t, tfa_op op)
+{
+    static const char *const names[] = {"derivative by q", "derivative by v", "derivative by tau"};
+    const size_t entries = (size_t)t->robot->n * t->robot->n;
+    for (size_t by = 0; by < (op == TFA_OP_DERIVATIVES ? 3 : 2); by++)
+        compare_states(
+            t, names[by],
+            &(struct result_array){{offsetof(struct answer, derivatives[by])}, {entries}}, 1);
+}
+
 /* Without wrenches */
 static tfa_request request_of(const struct comparison *t, tfa_op op)
 {
@@ -222,9 +240,12 @@ static void compare_motion(struct comparison *t, const tfa_request *r, bool alon
 {
     ask_others(t, r);
     for (int one_by_one = 0; one_by_one < 2; one_by_one++) {
-        if (ask_specialised(t, r, one_by_one))
-            (r->op == TFA_OP_MASS_MATRIX ? compare_mass : compare_accelerations)(t, what);
-        else if (alone || !one_by_one)
+        if (ask_specialised(t, r, one_by_one)) {
+            if (r->op == TFA_OP_DERIVATIVES || r->op == TFA_OP_INVERSE_DYNAMICS_DERIVATIVES)
+                compare_derivatives(t, r->op);
+            else
+                (r->op == TFA_OP_MASS_MATRIX ? compare_mass : compare_accelerations)(t, what);
+        } else if (alone || !one_by_one)
             fail_msg("%s: the kernel leaves %s to the generic one", t->robot->name, what);
     }
 }
@@ -237,6 +258,13 @@ static void compare_motions(struct comparison *t)
     const tfa_request mass = request_of(t, TFA_OP_MASS_MATRIX);
     compare_motion(t, &inverse, true, "tau");
     compare_motion(t, &mass, true, "mass_matrix");
+    if (t->robot->base == TFA_BASE_FLOATING || t->robot->n > TFA_SPECIALISED_DERIVATIVES_MAX ||
+        t->precision != TFA_F64)
+        return;
+    const tfa_request derivatives = request_of(t, TFA_OP_DERIVATIVES);
+    const tfa_request of_tau = request_of(t, TFA_OP_INVERSE_DYNAMICS_DERIVATIVES);
+    compare_motion(t, &derivatives, true, "derivatives of qdd");
+    compare_motion(t, &of_tau, true, "derivatives of tau");
 }
 
 static void add_payloads(const struct comparison *t, tfa_request *r)

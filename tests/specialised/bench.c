@@ -47,6 +47,7 @@ void bench_open(bench *b)
     link_to(b, "lib/include", "sources/include");
     write_empty(b, "sources/dynamics/specialised/specialised_solve.c");
     write_empty(b, "sources/dynamics/specialised/specialised_body_lanes.c");
+    write_empty(b, "sources/dynamics/specialised/specialised_derivatives.c");
     b->arm = bench_robot("arm7.urdf", TFA_BASE_FIXED);
 }
 

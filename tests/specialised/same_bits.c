@@ -10,6 +10,8 @@
 #include "models.h"
 #include "test.h"
 
+#include <stdbool.h>
+
 #define STATES 30
 #define FAILED 11 /* has no finite answer where speed or place of the base counts */
 #define FREEDOMS 64
@@ -18,6 +20,7 @@
 struct answers {
     double qdd[STATES * FREEDOMS], tau[STATES * FREEDOMS], base[STATES * 6], wrench[STATES * 6];
     double lambda[STATES * 36], mass[STATES * FREEDOMS * FREEDOMS];
+    double derivatives[3][STATES * FREEDOMS * FREEDOMS]; /* by q, v and tau */
     tfa_answer each[STATES];
 };
 
@@ -48,6 +51,8 @@ static const struct kind {
     {"tau", TFA_OP_INVERSE_DYNAMICS, 0, 0, 0},
     {"tau with a wrench", TFA_OP_INVERSE_DYNAMICS, 0, 1, 0},
     {"tau with a payload", TFA_OP_INVERSE_DYNAMICS, 0, 1, 3},
+    {"derivatives", TFA_OP_DERIVATIVES, 0, 0, 0},
+    {"derivatives of tau", TFA_OP_INVERSE_DYNAMICS_DERIVATIVES, 0, 0, 0},
     {"mass_matrix", TFA_OP_MASS_MATRIX, 0, 0, 0},
     {"mass_matrix with a payload", TFA_OP_MASS_MATRIX, 0, 0, 3},
     {"lambda_inv", TFA_OP_OPERATIONAL_INERTIA, 1, 0, 0},
@@ -69,6 +74,11 @@ static tfa_reply reply_to(const struct subject *s, struct answers *a, uint32_t k
                        .base_wrench = a->wrench + (size_t)6 * k,
                        .lambda_inv = a->lambda + (size_t)36 * k,
                        .mass_matrix = a->mass + mass_entries(s) * k,
+                       .dqdd_dq = a->derivatives[0] + mass_entries(s) * k,
+                       .dqdd_dv = a->derivatives[1] + mass_entries(s) * k,
+                       .dqdd_dtau = a->derivatives[2] + mass_entries(s) * k,
+                       .dtau_dq = a->derivatives[0] + mass_entries(s) * k,
+                       .dtau_dv = a->derivatives[1] + mass_entries(s) * k,
                        .answers = a->each + k};
 }
 
@@ -129,6 +139,16 @@ static void ask_alone(struct subject *s, const tfa_request *all)
     }
 }
 
+static bool derivatives_differ(const struct subject *s, uint32_t k)
+{
+    const size_t entries = mass_entries(s), at = entries * k;
+    for (int by = 0; by < 3; by++)
+        if (memcmp(s->alone.derivatives[by] + at, s->tested.derivatives[by] + at,
+                   entries * sizeof(double)))
+            return true;
+    return false;
+}
+
 static void compare(const struct subject *s, const char *what, uint32_t frame, const char *how,
                     uint32_t cut)
 {
@@ -141,7 +161,7 @@ static void compare(const struct subject *s, const char *what, uint32_t frame, c
             memcmp(a->wrench + 6 * k, b->wrench + 6 * k, 6 * sizeof *a->wrench) ||
             memcmp(a->lambda + 36 * k, b->lambda + 36 * k, 36 * sizeof *a->lambda) ||
             memcmp(a->mass + entries * k, b->mass + entries * k, entries * sizeof *a->mass) ||
-            memcmp(&a->each[k], &b->each[k], sizeof *a->each))
+            derivatives_differ(s, k) || memcmp(&a->each[k], &b->each[k], sizeof *a->each))
             fail_msg("%s, %s base: %s at frame %u: state %u has other bits alone than %s %u",
                      tfa_model_name(s->model),
                      tfa_model_base_freedoms(s->model) ? "floating" : "fixed", what, frame, k, how,

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Composite rigid bodies and the sparse factorisation M = L^T D L along the tree of freedoms.
- * Featherstone 2008, chapter 6. Row j of M holds its ancestors' columns only, root first.
+ * Composite rigid bodies and the sparse factorisation of M along the tree of freedoms
+ * (layout/mass_rows.h). Featherstone 2008, chapter 6.
  */
 #include "dynamics/core/recursions.h"
 #include "layout/body.h"
+#include "layout/mass_rows.h"
 #include "spatial/rigid.h"
-#include "spatial/row_vectors.h"
 
 /* Ic H_k for the joint of body b */
 static inline svec composite_column(const struct state *s, const struct tfa_body *b, uint32_t k,
@@ -75,46 +75,18 @@ void TFA_V(ltdl_factor)(struct state *s)
         return;
     }
     s->have &= ~(uint32_t)HAVE_M;
-    for (uint32_t k = m->freedoms; k-- > 0;) {
-        num *row = s->M + m->dof_row[k];
-        num inv = 1 / row[m->dof_depth[k]];
-        for (int32_t i = m->dof_parent[k]; i >= 0; i = m->dof_parent[i]) {
-            num *up = s->M + m->dof_row[i];
-            uint32_t depth = m->dof_depth[i];
-            num l = row[depth] * inv;
-            uint32_t j = 0;
-            for (; j + NUM_VEC_LANES <= depth + 1; j += NUM_VEC_LANES)
-                numbers_store(up + j, numbers_load(up + j) - l * numbers_load(row + j));
-            for (; j <= depth; j++)
-                up[j] -= l * row[j];
-            row[depth] = l;
-        }
-    }
+    factor_mass_rows(m, s->M);
 }
 
 void TFA_V(ltdl_half)(const struct state *s, num *x, size_t stride)
 {
-    const struct tfa_model *m = s->m;
-    for (uint32_t k = m->freedoms; k-- > 0;) {
-        const num *row = s->M + m->dof_row[k];
-        for (int32_t i = m->dof_parent[k]; i >= 0; i = m->dof_parent[i])
-            x[(size_t)i * stride] -= row[m->dof_depth[i]] * x[k * stride];
-    }
+    half_solve_mass_rows(s->m, s->M, x, stride);
 }
 
 void TFA_V(ltdl_solve)(struct state *s, num *x)
 {
-    const struct tfa_model *m = s->m;
-    if (m->mimics) {
+    if (s->m->mimics)
         TFA_V(reduced_solve)(s, x);
-        return;
-    }
-    TFA_V(ltdl_half)(s, x, 1);
-    for (uint32_t k = 0; k < m->freedoms; k++) {
-        const num *row = s->M + m->dof_row[k];
-        num sum = x[k] / row[m->dof_depth[k]];
-        for (int32_t i = m->dof_parent[k]; i >= 0; i = m->dof_parent[i])
-            sum -= row[m->dof_depth[i]] * x[i];
-        x[k] = sum;
-    }
+    else
+        solve_mass_rows(s->m, s->M, x);
 }

@@ -38,13 +38,6 @@ static num unit_of(const struct state *s, const struct tfa_body *b, uint32_t k)
     return num_select(v3_dot(w, w) > num_of(0.5), num_of(1), length);
 }
 
-/* Nor may the freedoms together move much more than each would alone, for the forces G: two pivots
- * that are both small multiply. */
-static num see_motion(num margin, num x, num unit)
-{
-    return sentinel_smaller(margin, unit - num_abs(x) * SENTINEL_RATIO);
-}
-
 /* Of T^T M T, where a freedom also moves the subtrees of its followers */
 static num see_reduced(struct state *s, size_fn *size)
 {
@@ -68,33 +61,21 @@ static num see_reduced(struct state *s, size_fn *size)
         for (uint32_t k = a + 1; k < n; k++)
             x[a] -= s->Mr[(size_t)k * n + a] * x[k];
         margin = sentinel_smaller(margin, sentinel_margin_inverse(inverse, G[a]));
-        margin = see_motion(margin, x[a], unit);
+        margin = sentinel_smaller_motion(margin, x[a], unit);
     }
     return margin;
 }
 
-/* The entries of D in M = L^T D L are those of the recursion. */
 static num see_ltdl(const struct state *s, size_fn *size)
 {
-    const struct tfa_model *m = s->m;
-    num margin = num_of(1), *const x = s->qdd_unrefined;
-    for (uint32_t i = 0; i < m->bodies; i++) {
+    num margin = num_of(1);
+    for (uint32_t i = 0; i < s->m->bodies; i++) {
         const struct tfa_body *b = &s->body[i];
         const struct sentinel_size g = size(s, i);
-        for (uint32_t k = 0; k < b->n; k++) {
-            const uint32_t j = b->v + k;
-            const num *const L = s->M + m->dof_row[j];
-            const num D = L[m->dof_depth[j]], G = sentinel_size_of(s, b, k, &g),
-                      unit = unit_of(s, b, k);
-            num sum = unit * G / D;
-            for (int32_t up = m->dof_parent[j]; up >= 0; up = m->dof_parent[up])
-                sum -= L[m->dof_depth[up]] * x[up];
-            x[j] = s->lock[j] ? num_of(0) : sum;
-            if (s->lock[j])
-                continue;
-            margin = sentinel_smaller(margin, sentinel_margin(D, G));
-            margin = see_motion(margin, sum, unit);
-        }
+        for (uint32_t k = 0; k < b->n; k++)
+            margin =
+                sentinel_margin_row(s->m, s->M, b->v + k, sentinel_size_of(s, b, k, &g),
+                                    unit_of(s, b, k), s->lock[b->v + k], s->qdd_unrefined, margin);
     }
     return margin;
 }

@@ -115,6 +115,29 @@ TFA_INLINE void sentinel_see_block(struct state *s, uint32_t k, const num *L, nu
     sentinel_see_inverse(s, D[14], G);
 }
 
+/* Nor may the freedoms together move much more than each would alone, for the forces G: two pivots
+ * that are both small multiply. */
+TFA_INLINE num sentinel_smaller_motion(num margin, num x, num unit)
+{
+    return sentinel_smaller(margin, unit - num_abs(x) * SENTINEL_RATIO);
+}
+
+/* Of freedom j in M = L^T D L (layout/mass_rows.h), outward: the entries of D are those of the
+ * recursion. unit: a motion as large as one radian; x: M^-1 G unit of the freedoms so far. */
+TFA_INLINE num sentinel_margin_row(const struct tfa_model *m, const num *M, uint32_t j, num G,
+                                   num unit, int locked, num *x, num margin)
+{
+    const num *const L = M + m->dof_row[j];
+    const num D = L[m->dof_depth[j]];
+    num sum = unit * G / D;
+    for (int32_t up = m->dof_parent[j]; up >= 0; up = m->dof_parent[up])
+        sum -= L[m->dof_depth[up]] * x[up];
+    x[j] = locked ? num_of(0) : sum;
+    if (locked)
+        return margin;
+    return sentinel_smaller_motion(sentinel_smaller(margin, sentinel_margin(D, G)), sum, unit);
+}
+
 /* Margins of the factors of M, after crba, and of those that the
  * articulated-body recursion left in s->IA and s->Dinv */
 num TFA_V(sentinel_margin_mass)(struct state *s);

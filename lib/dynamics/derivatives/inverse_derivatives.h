@@ -18,6 +18,8 @@
 #ifndef TFA_DYNAMICS_DERIVATIVES_INVERSE_DERIVATIVES_H
 #define TFA_DYNAMICS_DERIVATIVES_INVERSE_DERIVATIVES_H
 
+#include <totalforce/dynamics.h>
+
 #include "layout/state.h"
 
 /* An external wrench (world axes, about the reference point) that does not follow its body rigidly:

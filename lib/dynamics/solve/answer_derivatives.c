@@ -12,19 +12,13 @@
 
 #include "dynamics/core/recursions.h"
 #include "dynamics/core/sentinel.h"
-#include "dynamics/derivatives/inverse_derivatives.h"
+#include "dynamics/derivatives/blocks.h"
 #include "dynamics/kinematics/frame.h"
 #include "dynamics/kinematics/world_pose.h"
 #include "dynamics/solve/answer.h"
 #include "dynamics/solve/load.h"
 #include "dynamics/solve/method.h"
-#include "spatial/row_vectors.h"
 #include "spatial/rows.h"
-
-static size_t public_freedoms(const struct state *s)
-{
-    return (size_t)s->m->base_freedoms + s->m->v_count;
-}
 
 /* Wrench `index` of the request in world axes about the reference point */
 static svec world_wrench(const struct state *s, const tfa_request *r, uint32_t index,
@@ -66,129 +60,16 @@ static uint32_t held_wrenches(const struct state *s, const tfa_request *r, vec3 
     return count;
 }
 
-/* ---- blocks: matrices by q, by v, by tau ---- */
+/* ---- the blocks asked ---- */
 
-enum { BY_Q, BY_V, BY_TAU, BLOCKS = DERIVATIVES_MATRICES };
-
-struct blocks {
-    double *out[BLOCKS]; /* of all states; NULL: not asked */
-    num *X[BLOCKS];      /* first number of each; those asked stand first in their groups */
-    int asked;
-    size_t n, groups, stride;
-};
-
-/* All zero, but 1 for the forces */
-static struct blocks clear_blocks(struct state *s, double *const matrices[BLOCKS])
+/* Those of the request, and s->public_row */
+static struct blocks blocks_of_state(struct state *s, double *const matrices[BLOCKS])
 {
-    struct blocks b = {.n = public_freedoms(s)};
-    for (int by = 0; by < BLOCKS; by++) {
-        b.out[by] = matrices[by];
-        b.asked += b.out[by] != NULL;
-    }
-    for (int by = 0, first = 0, last = b.asked; by < BLOCKS; by++)
-        b.X[by] = s->derivatives + DERIVATIVES_GROUP * (b.out[by] ? first++ : last++);
-    b.groups = (b.n + DERIVATIVES_GROUP - 1) / DERIVATIVES_GROUP;
-    b.stride = DERIVATIVES_GROUP * BLOCKS * b.groups;
-    for (size_t e = 0; e < b.stride * b.n; e++)
-        s->derivatives[e] = num_of(0);
-    for (uint32_t j = 0; j < b.n; j++)
-        b.X[BY_TAU][b.stride * j + derivatives_column(j)] = num_of(1);
     for (uint32_t j = 0; j < s->freedoms; j++) {
         num multiplier;
         s->public_row[j] = TFA_V(reduced_freedom)(s->m, j, &multiplier);
     }
-    return b;
-}
-
-/* ---- M^-1 X of the blocks asked ---- */
-
-/* The columns of as many groups as registers hold, the same freedoms in each block: rows are zero
- * at the branches of other freedoms. */
-#define GROUP_VECS (DERIVATIVES_GROUP / NUM_VEC_LANES)
-#define PANEL_GROUPS NUM_VEC_LANES /* twelve vectors */
-#define PANEL_VECS_MOST (PANEL_GROUPS * BLOCKS * GROUP_VECS)
-
-/* Vectors v of a row, of so many blocks asked */
-TFA_INLINE num *panel_vec(num *row, int v, int blocks)
-{
-    const int group = v / (blocks * GROUP_VECS), rest = v % (blocks * GROUP_VECS);
-    return row + DERIVATIVES_GROUP * BLOCKS * group + NUM_VEC_LANES * rest;
-}
-
-/* Rows of ancestors -= L x their descendant's, inward */
-TFA_INLINE void solve_inward(struct state *s, num *X, size_t stride, int groups, int blocks)
-{
-    const struct tfa_model *m = s->m;
-    const int vecs = groups * blocks * GROUP_VECS;
-    for (uint32_t k = m->freedoms; k-- > 0;) {
-        const num *L = s->M + m->dof_row[k] + m->dof_depth[k];
-        num_vec x[PANEL_VECS_MOST];
-        for (int v = 0; v < vecs; v++)
-            x[v] = numbers_load(panel_vec(X + stride * s->public_row[k], v, blocks));
-        if (numbers_are_zero(x, vecs))
-            continue;
-        for (int32_t i = m->dof_parent[k]; i >= 0; i = m->dof_parent[i]) {
-            num *const row = X + stride * s->public_row[i];
-            const num l = *--L;
-            for (int v = 0; v < vecs; v++) {
-                num *const at = panel_vec(row, v, blocks);
-                numbers_store(at, numbers_load(at) - l * x[v]);
-            }
-        }
-    }
-}
-
-/* Rows divided by D, -= L x those of their ancestors, outward */
-TFA_INLINE void solve_outward(struct state *s, num *X, size_t stride, int groups, int blocks)
-{
-    const struct tfa_model *m = s->m;
-    const int vecs = groups * blocks * GROUP_VECS;
-    for (uint32_t k = 0; k < m->freedoms; k++) {
-        const num *L = s->M + m->dof_row[k] + m->dof_depth[k];
-        const num inverse = 1 / *L;
-        num *const to = X + stride * s->public_row[k];
-        num_vec x[PANEL_VECS_MOST];
-        for (int v = 0; v < vecs; v++)
-            x[v] = numbers_load(panel_vec(to, v, blocks)) * inverse;
-        for (int32_t i = m->dof_parent[k]; i >= 0; i = m->dof_parent[i]) {
-            num *const row = X + stride * s->public_row[i];
-            const num l = *--L;
-            for (int v = 0; v < vecs; v++)
-                x[v] -= l * numbers_load(panel_vec(row, v, blocks));
-        }
-        for (int v = 0; v < vecs; v++)
-            numbers_store(panel_vec(to, v, blocks), x[v]);
-    }
-}
-
-/* Groups from g on, so many at a time. Returns the first one that is left. */
-TFA_INLINE size_t solve_groups(struct state *s, const struct blocks *b, size_t g, int groups,
-                               int blocks)
-{
-    for (; g + (size_t)groups <= b->groups; g += (size_t)groups) {
-        num *X = s->derivatives + DERIVATIVES_GROUP * BLOCKS * g;
-        solve_inward(s, X, b->stride, groups, blocks);
-        solve_outward(s, X, b->stride, groups, blocks);
-    }
-    return g;
-}
-
-/* By M = L^T D L: as ltdl_solve, for all columns of a panel at once */
-TFA_INLINE void solve_panels(struct state *s, const struct blocks *b, int blocks)
-{
-    size_t g = solve_groups(s, b, 0, PANEL_GROUPS, blocks);
-    if (PANEL_GROUPS > 2)
-        g = solve_groups(s, b, g, 2, blocks);
-    if (PANEL_GROUPS > 1)
-        (void)solve_groups(s, b, g, 1, blocks);
-}
-
-static void solve_rows(struct state *s, const struct blocks *b)
-{
-    if (b->asked == 1)
-        solve_panels(s, b, 1);
-    else
-        solve_panels(s, b, BLOCKS);
+    return clear_blocks(matrices, s->derivatives, (size_t)s->m->base_freedoms + s->m->v_count);
 }
 
 /* One column with the factors of a method: a force on a public freedom is its leader's, and so is
@@ -218,7 +99,8 @@ static tfa_method solve_blocks(struct state *s, const struct blocks *b)
         rows || s->by.method == TFA_METHOD_CRBA ? TFA_METHOD_CRBA : TFA_V(last_resort)(s);
     (void)TFA_V(factor)(s, method);
     if (rows) {
-        solve_rows(s, b);
+        const struct mass_factors f = {s->m, s->M, s->public_row};
+        solve_rows(&f, b);
         return method;
     }
     for (int by = 0; by < BLOCKS; by++)
@@ -247,62 +129,11 @@ static void doubt(struct state *s, const tfa_request *r, tfa_method factors, int
 
 /* ---- the op ---- */
 
-#if NUM_LANES == 1
-/* Numbers of a vector as doubles */
-TFA_INLINE void store_doubles(double *out, num_vec x)
+/* The blocks by motion times sign. Returns the status: TFA_OK if all numbers are finite */
+static int unload(const struct state *s, const struct blocks *b, num sign)
 {
-    if (sizeof(num) == sizeof *out)
-        memcpy(out, &x, NUM_VEC_LANES * sizeof *out);
-    else
-        for (int l = 0; l < NUM_VEC_LANES; l++)
-            out[l] = (double)vec_lane(x, l);
-}
-#endif
-
-/* out = sign x for four numbers of a row, in the matrices of all states. Returns rest + 0 if all
- * are finite, else not a number somewhere. */
-TFA_INLINE num_vec unload_group(const struct state *s, const num *x, num sign, double *out,
-                                size_t square, num_vec rest)
-{
-    num_vec y[GROUP_VECS];
-    for (int v = 0; v < GROUP_VECS; v++) {
-        y[v] = sign * numbers_load(x + NUM_VEC_LANES * v);
-        rest += y[v] - y[v];
-    }
-#if NUM_LANES == 1
-    for (int v = 0; v < GROUP_VECS; v++)
-        store_doubles(out + square * s->lane[0] + NUM_VEC_LANES * v, y[v]);
-#else
-    scatter_numbers(y, s->lane, out, square, DERIVATIVES_GROUP);
-#endif
-    return rest;
-}
-
-/* The same for a row of n numbers in groups */
-TFA_INLINE num_vec unload_row(const struct state *s, const num *x, num sign, double *out, size_t n,
-                              num_vec rest)
-{
-    const size_t square = n * n, whole = n / DERIVATIVES_GROUP * DERIVATIVES_GROUP;
-    for (size_t j = 0; j < whole; j += DERIVATIVES_GROUP)
-        rest = unload_group(s, x + derivatives_column((uint32_t)j), sign, out + j, square, rest);
-    for (size_t j = whole; j < n; j++) {
-        const num y = sign * x[derivatives_column((uint32_t)j)];
-        rest += y - y;
-        scatter_numbers(&y, s->lane, out + j, square, 1);
-    }
-    return rest;
-}
-
-/* sign times a block. Returns 1 when all of it is finite. */
-static int unload_block(const struct state *s, const struct blocks *b, int by, num sign)
-{
-    num_vec rest = {0};
-    num sum = num_of(0);
-    for (size_t i = 0; b->out[by] && i < b->n; i++)
-        rest = unload_row(s, b->X[by] + b->stride * i, sign, b->out[by] + b->n * i, b->n, rest);
-    for (int l = 0; l < NUM_VEC_LANES; l++)
-        sum += vec_lane(rest, l);
-    return num_all(sum == num_of(0));
+    const num rest = unload_blocks(b, sign, num_of(0), s->lane);
+    return num_all(rest == num_of(0)) ? TFA_OK : TFA_E_NOT_COMPUTED;
 }
 
 static void forces_by_motion(struct state *s, const tfa_request *r, const struct blocks *b,
@@ -319,23 +150,13 @@ static void forces_by_motion(struct state *s, const tfa_request *r, const struct
     TFA_V(inverse_derivatives)(s, &d);
 }
 
-/* qdd of a root body is less by w x boost in the world: its derivative by w, of the opposite sign
- * as everything in the block. Neither that frame's accelerations depend on the boost nor w x boost
- * on q. */
-static void add_boost(const struct state *s, const struct blocks *b)
+static void add_boosts(const struct state *s, const struct blocks *b)
 {
     for (uint32_t t = 0; s->boosted && t < s->m->trees; t++) {
         const struct tfa_body *root = &s->body[s->m->chain[t].first];
-        const num *v = s->boost + root->v;
         num multiplier;
-        const uint32_t j = TFA_V(reduced_freedom)(s->m, root->v, &multiplier);
-        if (!is_free(root->kind))
-            continue;
-        for (uint32_t e = 0; e < 3; e++) {
-            num *const X = b->X[BY_V] + b->stride * (j + e);
-            X[derivatives_column(j + 3 + (e + 1) % 3)] += v[(e + 2) % 3];
-            X[derivatives_column(j + 3 + (e + 2) % 3)] -= v[(e + 1) % 3];
-        }
+        if (is_free(root->kind))
+            add_boost(b, TFA_V(reduced_freedom)(s->m, root->v, &multiplier), s->boost + root->v);
     }
 }
 
@@ -350,28 +171,23 @@ int TFA_V(answer_derivatives)(struct state *s, const tfa_request *r, uint32_t k,
     if (status != TFA_OK)
         return status;
     double *const matrices[BLOCKS] = {reply->dqdd_dq, reply->dqdd_dv, reply->dqdd_dtau};
-    const struct blocks b = clear_blocks(s, matrices);
+    const struct blocks b = blocks_of_state(s, matrices);
     const int by_motion = b.out[BY_Q] || b.out[BY_V];
     if (by_motion)
         forces_by_motion(s, r, &b, 0);
     if (b.asked)
         doubt(s, r, solve_blocks(s, &b), by_motion, out);
     if (b.out[BY_V])
-        add_boost(s, &b);
-    const int finite = unload_block(s, &b, BY_Q, num_of(-1)) &
-                       unload_block(s, &b, BY_V, num_of(-1)) &
-                       unload_block(s, &b, BY_TAU, num_of(1));
-    return finite ? TFA_OK : TFA_E_NOT_COMPUTED;
+        add_boosts(s, &b);
+    return unload(s, &b, num_of(-1));
 }
 
 int TFA_V(answer_inverse_derivatives)(struct state *s, const tfa_request *r, tfa_reply *reply,
                                       tfa_answer *out)
 {
     double *const matrices[BLOCKS] = {reply->dtau_dq, reply->dtau_dv, NULL};
-    const struct blocks b = clear_blocks(s, matrices);
+    const struct blocks b = blocks_of_state(s, matrices);
     out->method = (uint16_t)s->by.method;
     forces_by_motion(s, r, &b, 1);
-    return unload_block(s, &b, BY_Q, num_of(1)) & unload_block(s, &b, BY_V, num_of(1))
-               ? TFA_OK
-               : TFA_E_NOT_COMPUTED;
+    return unload(s, &b, num_of(1));
 }

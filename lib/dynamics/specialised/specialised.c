@@ -4,7 +4,8 @@
  * The table of a kernel specialised for one robot: the library's steps, compiled with that robot's
  * constants (robot_tables.h), and which of them answers which request (robot_choice.h); both are
  * written by `totalforce specialise`. The functions are those of specialised_solve.c, compiled for
- * each algorithm and for states in lanes, and of specialised_body_lanes.c.
+ * each algorithm and for states in lanes, of specialised_derivatives.c and of
+ * specialised_body_lanes.c.
  */
 #include "dynamics/specialised/specialised_supports.h"
 #include "robot_choice.h"
@@ -14,6 +15,15 @@ typedef uint32_t robot_solve(const struct tfa_host_api *host, const tfa_request 
 
 robot_solve ROBOT_FORWARD_ONE, ROBOT_INVERSE_ONE, ROBOT_LAMBDA_ONE, ROBOT_FORWARD_LAMBDA_ONE,
     ROBOT_FORWARD_PAYLOADS, ROBOT_INVERSE_PAYLOADS, ROBOT_MASS_ONE, ROBOT_MASS_PAYLOADS;
+
+#if ROBOT_HAS_DERIVATIVES
+robot_solve tfa_robot_derivatives_one, tfa_robot_derivatives_batch;
+#define ROBOT_DERIVATIVES_ONE tfa_robot_derivatives_one
+#define ROBOT_DERIVATIVES_BATCH tfa_robot_derivatives_batch
+#else
+#define ROBOT_DERIVATIVES_ONE tfa_robot_none
+#define ROBOT_DERIVATIVES_BATCH tfa_robot_none
+#endif
 
 /* Forward dynamics, then Lambda^-1: with branches in lanes less than one pass without */
 uint32_t tfa_robot_two_passes(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
@@ -33,13 +43,15 @@ uint32_t tfa_robot_none(const struct tfa_host_api *host, const tfa_request *r, u
 /* Functions of one number type: one state, or states in lanes */
 struct solvers {
     robot_solve *forward, *inverse, *lambda, *forward_lambda, *forward_payloads, *inverse_payloads,
-        *mass, *mass_payloads;
+        *mass, *mass_payloads, *derivatives; /* of doubles */
 };
 
 TFA_INLINE uint32_t solve_by(struct solvers by, const struct tfa_host_api *host,
                              const tfa_request *r, uint32_t k, uint32_t count, tfa_reply *reply)
 {
     const int forward = r->op == TFA_OP_FORWARD_DYNAMICS;
+    if (TFA_OP_BIT(r->op) & TRAITS_DERIVATIVES)
+        return by.derivatives(host, r, k, count, reply);
     if (r->op == TFA_OP_OPERATIONAL_INERTIA)
         return by.lambda(host, r, k, count, reply);
     if (r->op == TFA_OP_MASS_MATRIX)
@@ -55,8 +67,9 @@ static uint32_t solve(const struct tfa_host_api *host, const tfa_request *r, uin
                       tfa_reply *reply)
 {
     const struct solvers one = {
-        ROBOT_FORWARD_ONE,      ROBOT_INVERSE_ONE,      ROBOT_LAMBDA_ONE, ROBOT_FORWARD_LAMBDA_ONE,
-        ROBOT_FORWARD_PAYLOADS, ROBOT_INVERSE_PAYLOADS, ROBOT_MASS_ONE,   ROBOT_MASS_PAYLOADS};
+        ROBOT_FORWARD_ONE,        ROBOT_INVERSE_ONE,      ROBOT_LAMBDA_ONE,
+        ROBOT_FORWARD_LAMBDA_ONE, ROBOT_FORWARD_PAYLOADS, ROBOT_INVERSE_PAYLOADS,
+        ROBOT_MASS_ONE,           ROBOT_MASS_PAYLOADS,    ROBOT_DERIVATIVES_ONE};
     return solve_by(one, host, r, k, 1, reply);
 }
 
@@ -71,7 +84,7 @@ static uint32_t solve_batch(const struct tfa_host_api *host, const tfa_request *
     const struct solvers batch = {
         ROBOT_FORWARD_BATCH,        ROBOT_INVERSE_BATCH,          ROBOT_LAMBDA_BATCH,
         ROBOT_FORWARD_LAMBDA_BATCH, ROBOT_FORWARD_BATCH_PAYLOADS, ROBOT_INVERSE_BATCH_PAYLOADS,
-        ROBOT_MASS_BATCH,           ROBOT_MASS_BATCH_PAYLOADS};
+        ROBOT_MASS_BATCH,           ROBOT_MASS_BATCH_PAYLOADS,    ROBOT_DERIVATIVES_BATCH};
     return solve_by(batch, host, r, k, count, reply);
 }
 #endif

@@ -2,13 +2,14 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * Which requests a kernel specialised for one robot answers: forward dynamics, inverse dynamics,
- * the mass matrix, Lambda^-1 of one tip, and forward dynamics with it, of the robot as its tables
- * say, plainly.
+ * derivatives, the mass matrix, Lambda^-1 of one tip, and forward dynamics with it, of the robot as
+ * its tables say, plainly.
  */
 #ifndef TFA_DYNAMICS_SPECIALISED_SPECIALISED_SUPPORTS_H
 #define TFA_DYNAMICS_SPECIALISED_SPECIALISED_SUPPORTS_H
 
 #include "interface/specialised_abi.h"
+#include "interface/traits.h"
 #include "model/model.h"
 #include "robot_tables.h"
 #include "spatial/num.h"
@@ -43,6 +44,8 @@
  * humanoid of 58 bodies has less of it than a chain of 40. */
 #define ROBOT_HAS_MASS (ROBOT_PATHS <= 820)
 #define ROBOT_IS_CHAIN (ROBOT_PATHS == ROBOT_BODIES * (ROBOT_BODIES + 1) / 2)
+
+#define ROBOT_HAS_DERIVATIVES (!ROBOT_BASE && ROBOT_FREEDOMS <= TFA_SPECIALISED_DERIVATIVES_MAX)
 
 TFA_INLINE int is_branch_or_leaf(int32_t body)
 {
@@ -93,9 +96,18 @@ static int supports_forward(const struct tfa_host_api *host, const tfa_request *
     return !r->tip_count || supports_tip(host, r);
 }
 
+static int supports_derivatives(const tfa_request *r)
+{
+    return ROBOT_HAS_DERIVATIVES && !r->tip_count && !r->wrench_count && !r->payload_count;
+}
+
+/* Ops whose answers are made of M */
+#define BY_MASS_MATRIX (TFA_OP_BIT(TFA_OP_MASS_MATRIX) | TRAIT_DERIVATIVES)
+
 static int supports_request(const struct tfa_host_api *host, const tfa_request *r)
 {
-    if (!supports_options(r) || (r->method == TFA_METHOD_CRBA && r->op != TFA_OP_MASS_MATRIX))
+    if (!supports_options(r) ||
+        (r->method == TFA_METHOD_CRBA && !(TFA_OP_BIT(r->op) & BY_MASS_MATRIX)))
         return 0;
     switch (r->op) {
     case TFA_OP_FORWARD_DYNAMICS:
@@ -106,6 +118,9 @@ static int supports_request(const struct tfa_host_api *host, const tfa_request *
         return ROBOT_HAS_MASS && !r->tip_count;
     case TFA_OP_OPERATIONAL_INERTIA:
         return supports_tip(host, r);
+    case TFA_OP_DERIVATIVES:
+    case TFA_OP_INVERSE_DYNAMICS_DERIVATIVES:
+        return supports_derivatives(r);
     default:
         return 0;
     }
@@ -114,7 +129,8 @@ static int supports_request(const struct tfa_host_api *host, const tfa_request *
 /* There is code for batches only. */
 static int supports_request_f32(const struct tfa_host_api *host, const tfa_request *r)
 {
-    return supports_request(host, r) && (!r->tip_count || ROBOT_HAS_BATCH_TIPS);
+    return supports_request(host, r) && (!r->tip_count || ROBOT_HAS_BATCH_TIPS) &&
+           !(TFA_OP_BIT(r->op) & TRAITS_DERIVATIVES);
 }
 
 #endif

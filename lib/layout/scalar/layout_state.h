@@ -8,9 +8,10 @@
 
 #include <totalforce/dynamics.h>
 
+#include "layout/derivative_terms.h"
 #include "model/model.h"
 #include "spatial/rigid.h"
-#include "spatial/vec6.h"
+#include "spatial/world_axes.h"
 
 /* Constants that are not rounded: in quadruple precision only */
 #ifdef NUM_QUAD
@@ -18,30 +19,6 @@
 #else
 #define STATE_QUADS(count) 0
 #endif
-
-/* Pose of a body in the world: its axes by rows, and its origin */
-struct world_pose {
-    struct mat3_simd E;
-    vec3_simd r;
-};
-
-/* Derivatives (dynamics/derivatives), in world axes about a reference point: of a freedom, by
- * components e of spatial vectors, angular first. With psi = v x S and psi_dot = a x S + v x psi, v
- * and a before the joint, and rate = psi + v x S, v behind it. A follower's are times its
- * multiplier. */
-struct freedom_terms {
-    quad vector[6];  /* psi_dot, rate, S, S */
-    quad angular[3]; /* psi, S, 0, 0 */
-};
-
-/* and of a body: v and a its own, everything else of its subtree */
-struct subtree {
-    svec v, a, f;
-    num m;
-    vec3 h, P; /* first moment, linear momentum */
-    sym3 I;
-    mat3 A; /* Coriolis matrix: moment by rotation */
-};
 
 /* A flexible body (dynamics/core/modes.h). Rows of six: angular first, one for each mode. */
 struct modal_body {

@@ -18,10 +18,10 @@
 /* The symbol */
 #define TFA_SPECIALISED_SYMBOL "tfa_specialised_kernel"
 
-/* Freedoms of robots on a fixed base whose kernels have code for derivatives: one state takes 0.70
- * to 0.78 of the time, batches 0.79 to 0.92 (ur5, arm7, Allegro hand). Floating quadrupeds gain 1.1
- * times alone and nothing in batches: pairs of freedoms and the columns of M^-1 take most of it,
- * which are in lanes anyway (EPYC VM, AVX2, clang 14, 2026-11-28). */
+/* Freedoms of robots on a fixed base whose kernels have code for derivatives: one state takes 0.72
+ * to 0.86 of the time, batches 0.81 to 0.93 (bench_suite --kernels, ur5, arm7, Allegro hand; EPYC
+ * VM, AVX2, clang 14, 2026-11-28). Of other robots pairs of freedoms and the columns of M^-1 take
+ * most of it, which are in lanes anyway. */
 #define TFA_SPECIALISED_DERIVATIVES_MAX 18
 
 struct tfa_body;

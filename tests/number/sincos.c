@@ -65,6 +65,13 @@ static double ulps(tfa_quad got, tfa_quad wanted, int digits)
 
 /* The checks are functions of their own: compilers move instructions of the set before a question
  * whether the processor has it. */
+static void where_supported(void (*check)(void))
+{
+    if (!tfa_cpu_supported())
+        skip();
+    check();
+}
+
 #define LAW(type, real, libm, digits, limit)                                                       \
     static __attribute__((noinline)) void check_ulps_##type(void)                                  \
     {                                                                                              \
@@ -122,15 +129,11 @@ static double ulps(tfa_quad got, tfa_quad wanted, int digits)
     }                                                                                              \
     TEST(sines_are_within_1_1_ulp_##type)                                                          \
     {                                                                                              \
-        if (!tfa_cpu_supported())                                                                  \
-            skip();                                                                                \
-        check_ulps_##type();                                                                       \
+        where_supported(check_ulps_##type);                                                        \
     }                                                                                              \
     TEST(large_angles_are_those_of_libm_and_zeros_keep_their_sign_##type)                          \
     {                                                                                              \
-        if (!tfa_cpu_supported())                                                                  \
-            skip();                                                                                \
-        check_large_angles_##type();                                                               \
+        where_supported(check_large_angles_##type);                                                \
     }
 LAW(f64, double, sincos, 53, 0x1p15)
 LAW(f32, float, sincosf, 24, 0x1p6)

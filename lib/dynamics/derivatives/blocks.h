@@ -40,18 +40,6 @@ TFA_INLINE struct blocks clear_blocks(double *const matrices[BLOCKS], num *all, 
     return b;
 }
 
-/* qdd of a root body, whose public freedoms begin at j, is less by w x boost in the world: its
- * derivative by w, of the opposite sign as everything in the block. Neither that frame's
- * accelerations depend on the boost nor w x boost on q. */
-TFA_INLINE void add_boost(const struct blocks *b, uint32_t j, const num boost[3])
-{
-    for (uint32_t e = 0; e < 3; e++) {
-        num *const X = b->X[BY_V] + b->stride * (j + e);
-        X[derivatives_column(j + 3 + (e + 1) % 3)] += boost[(e + 2) % 3];
-        X[derivatives_column(j + 3 + (e + 2) % 3)] -= boost[(e + 1) % 3];
-    }
-}
-
 /* ---- M^-1 X of the blocks asked ---- */
 
 /* M = L^T D L (layout/mass_rows.h), and the public row of each freedom */

@@ -150,13 +150,23 @@ static void forces_by_motion(struct state *s, const tfa_request *r, const struct
     TFA_V(inverse_derivatives)(s, &d);
 }
 
-static void add_boosts(const struct state *s, const struct blocks *b)
+/* qdd of a root body is less by w x boost in the world: its derivative by w, of the opposite sign
+ * as everything in the block. Neither that frame's accelerations depend on the boost nor w x boost
+ * on q. */
+static void add_boost(const struct state *s, const struct blocks *b)
 {
     for (uint32_t t = 0; s->boosted && t < s->m->trees; t++) {
         const struct tfa_body *root = &s->body[s->m->chain[t].first];
+        const num *v = s->boost + root->v;
         num multiplier;
-        if (is_free(root->kind))
-            add_boost(b, TFA_V(reduced_freedom)(s->m, root->v, &multiplier), s->boost + root->v);
+        const uint32_t j = TFA_V(reduced_freedom)(s->m, root->v, &multiplier);
+        if (!is_free(root->kind))
+            continue;
+        for (uint32_t e = 0; e < 3; e++) {
+            num *const X = b->X[BY_V] + b->stride * (j + e);
+            X[derivatives_column(j + 3 + (e + 1) % 3)] += v[(e + 2) % 3];
+            X[derivatives_column(j + 3 + (e + 2) % 3)] -= v[(e + 1) % 3];
+        }
     }
 }
 
@@ -178,7 +188,7 @@ int TFA_V(answer_derivatives)(struct state *s, const tfa_request *r, uint32_t k,
     if (b.asked)
         doubt(s, r, solve_blocks(s, &b), by_motion, out);
     if (b.out[BY_V])
-        add_boosts(s, &b);
+        add_boost(s, &b);
     return unload(s, &b, num_of(-1));
 }
 

@@ -196,19 +196,20 @@ static __attribute__((flatten, noinline)) uint32_t derivatives(const struct tfa_
     struct derivative_state d;
     num qdd[ROBOT_FREEDOMS];
     num_mask finite = num_is_moderate(num_of(0));
-    load_inputs(&in, &d, r, &at, forward);
-    init_state(&s, &in, host, r);
     const struct blocks b = clear_blocks(matrices, d.blocks, ROBOT_MASS_ROWS);
     if (!b.asked)
         return TFA_SPECIALISED_NO_CODE;
+    const int by_q_or_v = b.out[BY_Q] || b.out[BY_V];
+    load_inputs(&in, &d, r, &at, forward);
+    init_state(&s, &in, host, r);
     if (forward)
         solve_by_mass(&s, &d, in.x, qdd);
     else
         pose_bodies(&s);
-    if (b.out[BY_Q] || b.out[BY_V])
+    if (by_q_or_v)
         by_motion(&s, &d, forward ? qdd : in.x, &b);
     if (forward) {
-        if (b.out[BY_Q] || b.out[BY_V])
+        if (by_q_or_v)
             see_reference_point(&s, &d);
         solve_blocks(host->model, &d, &b);
         finite &= finite_states(qdd, ROBOT_FREEDOMS);

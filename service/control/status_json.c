@@ -25,8 +25,12 @@ static void write_leadership(const gateway_slot *g, uint32_t robot, FILE *out)
         return;
     fprintf(out,
             ", \"leadership\": {\"role\": \"%s\", \"epoch\": %" PRIu64 ", \"peers\": %u, "
-            "\"pause_ms\": %.1f, \"silence_ms\": %.1f}",
+            "\"pause_ms\": %.1f, \"silence_ms\": %.1f",
             l.role, l.epoch, l.peers, l.pause_ms, l.silence_ms);
+    if (*l.leader)
+        fprintf(out, ", \"leader\": {\"participant\": \"%s\", \"origin\": \"%s\", \"ms\": %.1f}",
+                l.leader, l.origin, l.follows_ms);
+    fputc('}', out);
 }
 
 static void write_robots(const tfa_daemon *d, FILE *out)

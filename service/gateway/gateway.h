@@ -41,8 +41,10 @@ typedef struct gateway_leadership {
     uint64_t epoch;   /* of the leadership, or the highest that is known */
     uint32_t peers;   /* other daemons for the robot that advertise */
     double pause_ms;  /* longest between two advertisements of this daemon */
-    double
-        silence_ms; /* longest between two advertisements of a leader: the lease must be longer */
+    double silence_ms; /* longest between two of a leader: the lease must be longer */
+    char leader[33];   /* participant that it follows, hexadecimal; "": none */
+    char origin[192];  /* of that participant, in its own words; free of quotes */
+    double follows_ms; /* for so long */
 } gateway_leadership;
 
 /* Why a robot cannot be served: the key below the gateway's part of the robot ("tips[0]"), what is

@@ -163,6 +163,31 @@ TEST(another_model_does_not_follow)
     assert_int_equal(later.nodes[1].e.self.role, TFA_ROLE_STANDBY);
 }
 
+/* A leader with another model comes and is gone: the daemon that it superseded leads again; one
+ * that starts does not before it is loaded again. */
+TEST(a_superseded_leader_leads_again)
+{
+    const tfa_advertisement self = {.daemon = {9}, .lease = 1000};
+    const tfa_advertisement other = {
+        .daemon = {1}, .role = TFA_ROLE_LEADING, .epoch = 5, .lease = 1000, .model = {1}};
+    for (int led = 0; led < 2; led++) {
+        tfa_election e;
+        tfa_election_begin(&e, &self, 0);
+        (void)tfa_election_tick(&e, true, led ? 1000 : 500);
+        assert_int_equal(e.self.role, led ? TFA_ROLE_LEADING : TFA_ROLE_LISTENING);
+        for (int64_t now = 1001; now <= 2001; now += 100) /* again and again */
+            (void)tfa_election_hear(&e, &other, now);
+        assert_int_equal(e.self.role, TFA_ROLE_UNLIKE);
+        for (int64_t now = 2002; now <= 3002; now += 100)
+            (void)tfa_election_tick(&e, true, now);
+        assert_int_equal(e.self.role, led ? TFA_ROLE_LEADING : TFA_ROLE_UNLIKE);
+        assert_true(tfa_election_set_model(&e, self.model, 3003));
+        (void)tfa_election_tick(&e, true, 3004);
+        assert_true(tfa_election_may_answer(&e, 3004));
+        assert_int_equal(e.self.epoch, 6);
+    }
+}
+
 /* A leader that was stopped in a reload: another leads when the new model comes. */
 TEST(a_model_does_not_renew_a_lease)
 {
@@ -204,6 +229,45 @@ TEST(a_good_bye_needs_no_lease)
     assert_true(tfa_election_leave(&e, other.daemon, 202));
     assert_true(tfa_election_may_answer(&e, 202));
     assert_int_equal(e.self.epoch, 6);
+}
+
+/* A lease of an hour from a daemon that is silent: it counts for five of the own leases. */
+TEST(a_long_lease_is_capped)
+{
+    const tfa_advertisement self = {.daemon = {9}, .lease = 1000};
+    const tfa_advertisement other = {
+        .daemon = {1}, .role = TFA_ROLE_LEADING, .epoch = 5, .lease = INT64_C(3600000000000)};
+    tfa_election e;
+    tfa_election_begin(&e, &self, 0);
+    (void)tfa_election_hear(&e, &other, 0);
+    for (int64_t now = 100; now <= 5000; now += 100)
+        (void)tfa_election_tick(&e, true, now);
+    assert_int_equal(e.self.role, TFA_ROLE_STANDBY);
+    assert_true(tfa_election_next(&e) == 5001);
+    assert_true(tfa_election_tick(&e, true, 5001));
+    assert_true(tfa_election_may_answer(&e, 5001));
+    assert_int_equal(e.self.epoch, 6);
+}
+
+/* The writer of a leader is gone: two beats, and another daemon leads; a leader whose writer is
+ * back within them goes on. */
+TEST(a_leader_without_a_writer_is_forgotten)
+{
+    const tfa_advertisement self = {.daemon = {9}, .lease = 1000};
+    const tfa_advertisement other = {
+        .daemon = {1}, .role = TFA_ROLE_LEADING, .epoch = 5, .lease = 4000};
+    for (int back = 0; back < 2; back++) {
+        tfa_election e;
+        tfa_election_begin(&e, &self, 0);
+        (void)tfa_election_hear(&e, &other, 0);
+        tfa_election_lose(&e, other.daemon, 100);
+        (void)tfa_election_tick(&e, true, 400);
+        assert_int_equal(e.self.role, TFA_ROLE_STANDBY);
+        if (back)
+            (void)tfa_election_hear(&e, &other, 450);
+        (void)tfa_election_tick(&e, true, 501);
+        assert_int_equal(e.self.role, back ? TFA_ROLE_STANDBY : TFA_ROLE_LEADING);
+    }
 }
 
 TEST(impossible_advertisements_are_ignored)

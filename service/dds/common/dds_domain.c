@@ -5,6 +5,7 @@
  */
 #include "dds/common/dds_domain.h"
 
+#include <ctype.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -100,6 +101,90 @@ void tfa_dds_leave(const dds_member *member)
         (void)dds_delete(member->participant);
     if (member->domain > 0)
         (void)dds_delete(member->domain);
+}
+
+/* ---- who others are ---- */
+
+static void append_property(FILE *out, const dds_qos_t *qos, const char *name, const char *label)
+{
+    char *value = NULL;
+
+    if (!dds_qget_prop(qos, name, &value))
+        return;
+    fputs(label, out);
+    for (const char *c = value; *c != '\0'; c++)
+        fputc(isprint((unsigned char)*c) && strchr("\"\\'", *c) == NULL ? *c : '?', out);
+    dds_free(value);
+}
+
+static void write_origin(const dds_qos_t *qos, char *text, size_t size)
+{
+    FILE *out = fmemopen(text, size, "w");
+
+    if (out == NULL)
+        return;
+    append_property(out, qos, "__ProcessName", "process ");
+    append_property(out, qos, "__Pid", " ");
+    append_property(out, qos, "__Hostname", " on ");
+    append_property(out, qos, "__NetworkAddresses", ", ");
+    fclose(out);
+    if (*text == '\0')
+        snprintf(text, size, "unknown");
+}
+
+void tfa_dds_describe_origin(dds_entity_t participant, const uint8_t guid[16],
+                             char text[TFA_DDS_ORIGIN_SIZE])
+{
+    const dds_entity_t reader =
+        dds_create_reader(participant, DDS_BUILTIN_TOPIC_DCPSPARTICIPANT, NULL, NULL);
+    dds_builtintopic_participant_t *found = NULL;
+    dds_sample_info_t info;
+
+    snprintf(text, TFA_DDS_ORIGIN_SIZE, "unknown");
+    while (dds_take(reader, (void **)&found, &info, 1, 1) == 1) {
+        if (info.valid_data && memcmp(found->key.v, guid, sizeof found->key.v) == 0)
+            write_origin(found->qos, text, TFA_DDS_ORIGIN_SIZE);
+        (void)dds_return_loan(reader, (void **)&found, 1);
+        found = NULL;
+    }
+    if (reader > 0)
+        (void)dds_delete(reader);
+}
+
+/* ---- security ---- */
+
+/* An element of Cyclone's settings, by either of its names */
+static bool has_element(const char *xml)
+{
+    return strcasestr(xml, "<Security") != NULL || strcasestr(xml, "<DDSSecurity") != NULL;
+}
+
+static bool file_has_security(const char *path)
+{
+    FILE *in = fopen(path, "r");
+    char *line = NULL;
+    size_t size = 0;
+    bool found = false;
+
+    while (in != NULL && !found && getline(&line, &size, in) > 0)
+        found = has_element(line);
+    free(line);
+    if (in != NULL)
+        fclose(in);
+    return found;
+}
+
+/* Cyclone's list of files and XML, separated by commas */
+bool tfa_dds_has_security(void)
+{
+    const char *uri = getenv("CYCLONEDDS_URI");
+    char *items = strdup(uri != NULL ? uri : ""), *rest = items;
+    bool found = items != NULL && has_element(items);
+
+    for (char *item; !found && rest != NULL && (item = strsep(&rest, ",")) != NULL;)
+        found = file_has_security(strncmp(item, "file://", 7) == 0 ? item + 7 : item);
+    free(items);
+    return found;
 }
 
 /* ---- the log ---- */

@@ -35,6 +35,16 @@ __attribute__((format(printf, 1, 2))) void tfa_dds_set_error(const char *format,
 /** Remembers a failure of this step. @return whether `entity_or_code` is one */
 bool tfa_dds_failed(dds_return_t entity_or_code, const char *step);
 
+enum { TFA_DDS_ORIGIN_SIZE = 192 };
+
+/** What a discovered participant says of itself: process, number, host, addresses. Printable,
+ *  without quotes and backslashes. Allocates; not in a listener. */
+void tfa_dds_describe_origin(dds_entity_t participant, const uint8_t guid[16],
+                             char text[TFA_DDS_ORIGIN_SIZE]);
+
+/** False if nothing in CYCLONEDDS_URI, or in the files that it names, configures DDS Security. */
+bool tfa_dds_has_security(void);
+
 /** CLOCK_MONOTONIC, ns. */
 int64_t tfa_dds_monotonic(void);
 

@@ -35,27 +35,35 @@ static void remove_peer(tfa_election *e, uint32_t i)
     e->peers[i] = e->peers[--e->peer_count];
 }
 
-static int64_t end_of(const tfa_election_peer *peer)
-{
-    return peer->last + peer->said.lease;
-}
-
 static int64_t beat_of(const tfa_election *e)
 {
     return e->self.lease / TFA_ELECTION_BEATS;
+}
+
+/* Advertisements that have arrived by now are read within two beats. */
+static int64_t end_of_grace(const tfa_election *e, int64_t now)
+{
+    return now + 2 * beat_of(e);
 }
 
 /* After a time in which this daemon did not run, advertisements may still wait to be read: those
  * that were live before it get two beats more. */
 static void excuse_peers(tfa_election *e, int64_t now)
 {
-    const int64_t grace = 2 * beat_of(e);
+    const int64_t end = end_of_grace(e, now);
 
-    if (now - e->ran <= grace)
+    if (end_of_grace(e, e->ran) >= now)
         return;
     for (uint32_t i = 0; i < e->peer_count; i++)
-        if (end_of(&e->peers[i]) >= e->ran && end_of(&e->peers[i]) < now + grace)
-            e->peers[i].last = now + grace - e->peers[i].said.lease;
+        if (e->peers[i].until >= e->ran && e->peers[i].until < end)
+            e->peers[i].until = end;
+}
+
+static int64_t end_of_lease(const tfa_election *e, const tfa_advertisement *said, int64_t now)
+{
+    const int64_t most = TFA_ELECTION_LEASES * e->self.lease;
+
+    return now + (said->lease < most ? said->lease : most);
 }
 
 static void listen(tfa_election *e, int64_t now)
@@ -79,7 +87,7 @@ static void advance(tfa_election *e, int64_t now)
     excuse_peers(e, now);
     e->ran = now;
     for (uint32_t i = e->peer_count; i-- > 0;)
-        if (end_of(&e->peers[i]) < now)
+        if (e->peers[i].until < now)
             remove_peer(e, i);
 }
 
@@ -110,14 +118,20 @@ static void lead(tfa_election *e)
     e->self.epoch++;
     if (e->self.epoch < e->first_epoch)
         e->self.epoch = e->first_epoch;
-    e->model_known = false; /* its own is the leader's now */
+    e->model_known = e->superseded = false; /* its own is the leader's now */
+}
+
+static bool has_leaders_model(const tfa_election *e)
+{
+    return !e->model_known || memcmp(e->model, e->self.model, sizeof e->self.model) == 0;
 }
 
 static void follow(tfa_election *e)
 {
-    const bool same = !e->model_known || memcmp(e->model, e->self.model, sizeof e->self.model) == 0;
+    const bool led = e->self.role == TFA_ROLE_LEADING;
 
-    e->self.role = same ? TFA_ROLE_STANDBY : TFA_ROLE_UNLIKE;
+    e->superseded = !has_leaders_model(e) && (led || e->superseded);
+    e->self.role = has_leaders_model(e) ? TFA_ROLE_STANDBY : TFA_ROLE_UNLIKE;
 }
 
 /* A live daemon will lead before this one does: standbys before daemons that start, then the better
@@ -143,7 +157,7 @@ static bool may_take_over(const tfa_election *e, int64_t now)
 {
     if (e->self.role == TFA_ROLE_LISTENING && now - e->listening_since < e->self.lease)
         return false;
-    return e->self.role != TFA_ROLE_UNLIKE && !waits_for_another(e);
+    return (e->self.role != TFA_ROLE_UNLIKE || e->superseded) && !waits_for_another(e);
 }
 
 /* The decision. @return the role or the epoch changed */
@@ -170,13 +184,17 @@ static bool decide(tfa_election *e, int64_t now)
 }
 
 /* For the next advertisement. */
-static void note_leader(tfa_election *e)
+static void note_leader(tfa_election *e, int64_t now)
 {
-    const tfa_election_peer *leader = tfa_election_leader(e);
+    static const uint8_t none[sizeof e->self.leader] = {0};
+    const tfa_election_peer *leader =
+        e->self.role != TFA_ROLE_LEADING ? tfa_election_leader(e) : NULL;
+    const uint8_t *daemon = leader != NULL ? leader->said.daemon : none;
 
-    memset(e->self.leader, 0, sizeof e->self.leader);
-    if (leader != NULL && e->self.role != TFA_ROLE_LEADING)
-        memcpy(e->self.leader, leader->said.daemon, sizeof e->self.leader);
+    if (is_same_daemon(daemon, e->self.leader))
+        return;
+    memcpy(e->self.leader, daemon, sizeof e->self.leader);
+    e->follows_since = now;
 }
 
 static void note_longest(int64_t *longest, int64_t time)
@@ -202,7 +220,7 @@ bool tfa_election_tick(tfa_election *e, bool progress, int64_t now)
     if (!progress && (e->self.role != TFA_ROLE_LEADING || e->peer_count > 0))
         return false;
     const bool changed = decide(e, now);
-    note_leader(e);
+    note_leader(e, now);
     if (!changed && now - e->advertised < beat_of(e))
         return false;
     note_longest(&e->longest_pause, now - e->advertised);
@@ -236,7 +254,7 @@ bool tfa_election_hear(tfa_election *e, const tfa_advertisement *said, int64_t n
         peer = &e->peers[e->peer_count++];
     else if (peer->said.role == TFA_ROLE_LEADING)
         note_longest(&e->longest_silence, now - peer->last);
-    *peer = (tfa_election_peer){.said = *said, .last = now};
+    *peer = (tfa_election_peer){.said = *said, .last = now, .until = end_of_lease(e, said, now)};
     /* Silence is judged by tfa_election_tick alone, at the end of a lease. */
     bool changed = tfa_election_leader(e) != NULL && decide(e, now);
     if (e->self.role != TFA_ROLE_LEADING && said->epoch > e->self.epoch)
@@ -245,7 +263,7 @@ bool tfa_election_hear(tfa_election *e, const tfa_advertisement *said, int64_t n
         e->self.epoch = said->epoch + 1;
         changed = true;
     }
-    note_leader(e);
+    note_leader(e, now);
     if (changed)
         e->advertised = now;
     return changed;
@@ -260,16 +278,28 @@ bool tfa_election_leave(tfa_election *e, const uint8_t daemon[16], int64_t now)
     const bool led = peer->said.role == TFA_ROLE_LEADING;
     remove_peer(e, (uint32_t)(peer - e->peers));
     const bool changed = led && e->progress && decide(e, now);
-    note_leader(e);
+    note_leader(e, now);
     if (changed)
         e->advertised = now;
     return changed;
+}
+
+void tfa_election_lose(tfa_election *e, const uint8_t daemon[16], int64_t now)
+{
+    advance(e, now);
+    tfa_election_peer *peer = find_peer(e, daemon);
+    const int64_t end = end_of_grace(e, now);
+
+    if (peer != NULL && peer->until > end)
+        peer->until = end;
 }
 
 bool tfa_election_set_model(tfa_election *e, const uint8_t model[32], int64_t now)
 {
     advance(e, now);
     memcpy(e->self.model, model, sizeof e->self.model);
+    e->model_known = e->model_known && tfa_election_leader(e) != NULL;
+    e->superseded = false;
     if (e->self.role == TFA_ROLE_STANDBY || e->self.role == TFA_ROLE_UNLIKE)
         follow(e);
     e->advertised = now;
@@ -282,7 +312,7 @@ int64_t tfa_election_next(const tfa_election *e)
     const int64_t soon = e->ran + beat_of(e) / 4; /* without progress it looks again */
     const int64_t beat = e->advertised + beat_of(e);
     const int64_t next = beat > e->ran ? beat : soon;
-    const int64_t end = leader != NULL                       ? end_of(leader) + 1
+    const int64_t end = leader != NULL                       ? leader->until + 1
                         : e->self.role == TFA_ROLE_LISTENING ? e->listening_since + e->self.lease
                                                              : next;
 

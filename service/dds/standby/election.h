@@ -17,8 +17,12 @@
  *  - A leader that could not advertise for a lease (stopped, or its worker made no progress) does
  *    not answer: others may lead by now. It begins as a daemon that starts. One without
  *    peers goes on: if another came meanwhile, both lead until they discover each other.
- *  - A standby whose model differs from the leader's never follows it.
+ *  - A standby whose model differs from the leader's does not take over from it, unless it led when
+ *    that leader came: clients had its model before. A new model that it is given without a live
+ *    leader (a reload) lets it lead.
  *  - Time in which this daemon did not run counts against no other.
+ *  - A peer counts as live for its own lease, but for at most TFA_ELECTION_LEASES of this daemon's,
+ *    and for two beats after its writer is gone: nobody holds the lead by a word alone.
  * Replies carry the epoch; clients drop those of an older one. So two leaders, which a partition or
  * two stopped processes may cause, never answer the same client both.
  *
@@ -33,6 +37,8 @@
 enum {
     TFA_ELECTION_PEERS = 8, /* other daemons for the same robot; more are ignored */
     TFA_ELECTION_BEATS = 5, /* advertisements in one lease: four may be lost in a row */
+    /* A peer whose lease is up to 25 times as long still advertises itself in time. */
+    TFA_ELECTION_LEASES = 5,
 };
 
 /* An epoch that no takeover reaches: such an advertisement is not believed. */
@@ -59,7 +65,8 @@ typedef struct tfa_advertisement {
 
 typedef struct tfa_election_peer {
     tfa_advertisement said;
-    int64_t last;
+    int64_t last;  /* advertisement */
+    int64_t until; /* gone if silent until then */
 } tfa_election_peer;
 
 typedef struct tfa_election {
@@ -70,7 +77,9 @@ typedef struct tfa_election {
     int64_t ran;             /* last time: of any call */
     int64_t longest_pause;   /* between two advertisements */
     int64_t longest_silence; /* of the leader, between two of its advertisements */
+    int64_t follows_since;   /* the leader in self.leader */
     bool progress;           /* at the last tick */
+    bool superseded;         /* it led, and a leader with another model came */
     bool model_known;        /* another led: */
     uint8_t model[32];       /* the last one's */
     uint32_t peer_count;
@@ -94,7 +103,10 @@ bool tfa_election_hear(tfa_election *e, const tfa_advertisement *said, int64_t n
 /** Another daemon said good-bye. */
 bool tfa_election_leave(tfa_election *e, const uint8_t daemon[16], int64_t now);
 
-/** This daemon has another model. */
+/** The writer of another daemon is gone, or its liveliness was lost: two beats, then it is gone. */
+void tfa_election_lose(tfa_election *e, const uint8_t daemon[16], int64_t now);
+
+/** This daemon was loaded again, perhaps with another model. */
 bool tfa_election_set_model(tfa_election *e, const uint8_t model[32], int64_t now);
 
 /** When tfa_election_tick wants to be called next. */

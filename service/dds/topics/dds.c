@@ -108,6 +108,25 @@ static int make_entities(tfa_dds *gateway)
                : TFA_OK;
 }
 
+/* A writer that keeps all waits for a reader that died until its participant is missed, after 10 s
+ * by Cyclone's default; ten leases of the election are longer than any pause that it forgives. */
+static int join_domain(tfa_dds *gateway, const config_dds *settings, const char *xml)
+{
+    const uint32_t leases = 10 * settings->lease_ms;
+    const uint32_t ms = leases < 1000 ? 1000 : leases > 10000 ? 10000 : leases;
+    char *all;
+
+    if (asprintf(&all,
+                 "<CycloneDDS><Domain Id=\"any\"><Discovery><LeaseDuration>%u ms</LeaseDuration>"
+                 "</Discovery></Domain></CycloneDDS>%s%s",
+                 ms, xml != NULL ? "," : "", xml != NULL ? xml : "") < 0)
+        return TFA_E_MEMORY;
+    const int status = tfa_dds_join(settings->domain, all, largest_sample(gateway, xml != NULL),
+                                    NULL, &gateway->member);
+    free(all);
+    return status;
+}
+
 int tfa_dds_create(const gateway_context *context, uint32_t robot_count, const char *xml,
                    uint32_t slots, tfa_dds **result)
 {
@@ -130,8 +149,7 @@ int tfa_dds_create(const gateway_context *context, uint32_t robot_count, const c
 
     int status = make_robots(gateway, context, robot_count);
     if (status == TFA_OK)
-        status = tfa_dds_join(settings->domain, xml, largest_sample(gateway, xml != NULL), NULL,
-                              &gateway->member);
+        status = join_domain(gateway, settings, xml);
     if (status == TFA_OK)
         status = make_entities(gateway);
     if (status == TFA_OK)

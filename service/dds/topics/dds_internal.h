@@ -80,6 +80,8 @@ typedef struct dds_robot {
     bool announced;           /* RobotInfo is written, and no other daemon can have written since */
     bool rival;               /* another leader was live at the last look */
     uint32_t peers;           /* at the last look */
+    uint8_t described[16];    /* the leader that `origin` describes; 0: none */
+    char origin[TFA_DDS_ORIGIN_SIZE];
 } dds_robot;
 
 struct tfa_dds {

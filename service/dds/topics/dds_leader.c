@@ -13,6 +13,7 @@
 
 #include "platform/log.h"
 
+#include <stdio.h>
 #include <string.h>
 #include <sys/resource.h>
 #include <sys/syscall.h>
@@ -65,9 +66,11 @@ static void report_role(const dds_robot *robot)
         tfa_log(unlike ? TFA_LOG_WARNING : TFA_LOG_INFO,
                 "dds: robot '%s': standby, the leader has epoch %llu, priority %u%s", robot->name,
                 epoch, leader != NULL ? leader->said.priority : 0,
-                unlike ? ", and another model: never takes over; give both the same robot "
-                         "description and scene, then reload"
-                       : "");
+                !unlike ? ""
+                : robot->election.superseded
+                    ? ", and another model: leads again when that leader is gone"
+                    : ", and another model: never takes over; give both the same robot "
+                      "description and scene, then reload");
 }
 
 /* RobotInfo is the leader's word. It is written again if a write failed, and if a daemon comes or
@@ -140,6 +143,38 @@ static int64_t tick(tfa_dds *gateway, dds_robot *robot)
     return next;
 }
 
+static void write_guid(const uint8_t guid[16], char text[33])
+{
+    for (int i = 0; i < 16; i++)
+        snprintf(text + 2 * i, 3, "%02x", guid[i]);
+}
+
+/* Another leader than at the last look is named: Cyclone is asked without the robot's mutex. */
+static void describe_leader(const tfa_dds *gateway, dds_robot *robot)
+{
+    static const uint8_t none[16] = {0};
+    uint8_t leader[16];
+    char guid[33], origin[TFA_DDS_ORIGIN_SIZE] = "";
+
+    pthread_mutex_lock(&robot->mutex);
+    const bool known = memcmp(robot->described, robot->election.self.leader, sizeof leader) == 0;
+    memcpy(leader, robot->election.self.leader, sizeof leader);
+    pthread_mutex_unlock(&robot->mutex);
+    if (known)
+        return;
+    const bool follows = memcmp(leader, none, sizeof leader) != 0;
+    if (follows)
+        tfa_dds_describe_origin(gateway->member.participant, leader, origin);
+    pthread_mutex_lock(&robot->mutex);
+    memcpy(robot->described, leader, sizeof leader);
+    memcpy(robot->origin, origin, sizeof origin);
+    pthread_mutex_unlock(&robot->mutex);
+    write_guid(leader, guid);
+    if (follows)
+        tfa_log(TFA_LOG_INFO, "dds: robot '%s': follows the participant %s: %s", robot->name, guid,
+                origin);
+}
+
 /* Advertisements are few and small, and late ones cost a takeover. Where that is not permitted the
  * thread stays as it is. */
 static void raise_thread(void)
@@ -195,6 +230,7 @@ void *tfa_dds_leader_thread(void *arg)
         int64_t next = INT64_MAX;
         for (uint32_t i = 0; i < gateway->robot_count; i++) {
             const int64_t robot_next = tick(gateway, &gateway->robots[i]);
+            describe_leader(gateway, &gateway->robots[i]);
             next = robot_next < next ? robot_next : next;
         }
         count_endpoints(gateway, &next_count);
@@ -251,8 +287,13 @@ static tfa_advertisement advertisement_of(const totalforce_dds_Leader *sample)
     return said;
 }
 
-/* Disposed: it says good-bye. Without a writer: Cyclone's lease ran out, of which the election
- * knows more. */
+static bool has_no_writer(const dds_sample_info_t *info)
+{
+    return info->instance_state == DDS_NOT_ALIVE_NO_WRITERS_INSTANCE_STATE;
+}
+
+/* Disposed: it says good-bye. Without a writer: it ended, or its liveliness was lost; what it said
+ * last does not count any more. */
 static void hear(tfa_dds *gateway, dds_robot *robot, const totalforce_dds_Leader *sample,
                  const dds_sample_info_t *info)
 {
@@ -260,7 +301,9 @@ static void hear(tfa_dds *gateway, dds_robot *robot, const totalforce_dds_Leader
     const tfa_role before = robot->election.self.role;
     bool advertise = false;
 
-    if (info->valid_data) {
+    if (has_no_writer(info)) {
+        tfa_election_lose(&robot->election, sample->daemon, now);
+    } else if (info->valid_data) {
         const tfa_advertisement said = advertisement_of(sample);
         advertise = tfa_election_hear(&robot->election, &said, now);
     } else if (info->instance_state == DDS_NOT_ALIVE_DISPOSED_INSTANCE_STATE) {
@@ -277,7 +320,9 @@ void tfa_dds_on_leader(dds_entity_t reader, void *arg)
 
     while (dds_take(reader, (void *[]){&sample}, &info, 1, 1) > 0) {
         dds_robot *robot = tfa_dds_find_robot(gateway, sample.robot);
-        if (robot == NULL || !is_its_own(reader, &sample, info.publication_handle)) /* disposals */
+        if (robot == NULL ||
+            (!has_no_writer(&info) &&
+             !is_its_own(reader, &sample, info.publication_handle))) /* disposals */
             continue;
         pthread_mutex_lock(&robot->mutex);
         if (robot->electing)
@@ -396,6 +441,11 @@ bool tfa_dds_get_leadership(void *self, uint32_t index, gateway_leadership *lead
         .pause_ms = 1e-6 * (double)robot->election.longest_pause,
         .silence_ms = 1e-6 * (double)robot->election.longest_silence,
     };
+    if (robot->electing && *robot->origin != '\0') {
+        write_guid(robot->described, leadership->leader);
+        snprintf(leadership->origin, sizeof leadership->origin, "%s", robot->origin);
+        leadership->follows_ms = 1e-6 * (double)(now - robot->election.follows_since);
+    }
     pthread_mutex_unlock(&robot->mutex);
     return true;
 }

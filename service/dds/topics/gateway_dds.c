@@ -16,6 +16,15 @@ static void log_cyclone(const char *text)
     tfa_log_client(TFA_LOG_WARNING, "dds: %s", text);
 }
 
+/* Also for ROS 2: both speak DDS. */
+static int check(const config *settings)
+{
+    if ((settings->dds.enabled || settings->ros2.enabled) && !tfa_dds_has_security())
+        tfa_log(TFA_LOG_INFO, "dds: no DDS Security in CYCLONEDDS_URI: every participant of the "
+                              "domain may ask, command and lead");
+    return TFA_OK;
+}
+
 /* The first of all gateways: the log of Cyclone is theirs, too, and so are the settings of a domain
  * that both join. */
 static int join(const gateway_context *c, void **self)
@@ -89,6 +98,7 @@ static void stop(void *self)
 const struct gateway tfa_gateway_dds = {
     .name = "dds",
     .source = TFA_SOURCE_DDS,
+    .check = check,
     .join = join,
     .start = start,
     .serves = serves,

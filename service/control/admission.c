@@ -67,17 +67,46 @@ void tfa_admission_free(tfa_admission *admission)
     *admission = (tfa_admission){0};
 }
 
-bool tfa_connect_rate_allows(tfa_connect_rate *rate, uid_t user, uint32_t per_second, uint64_t now)
+static double tokens_of(const tfa_connect_rate *rate, uint32_t k, uint32_t per_second, uint64_t now)
 {
     const double burst = 2.0 * per_second;
-    const uint32_t k = (uint32_t)user % TFA_CONNECT_USERS;
     const double elapsed = (double)(now - rate->row[k].when) * 1e-9;
-    double tokens = rate->row[k].tokens + elapsed * per_second;
-    if (rate->row[k].when == 0 || tokens > burst)
-        tokens = burst;
-    rate->row[k].when = now;
-    rate->row[k].tokens = tokens >= 1 ? tokens - 1 : tokens;
+    const double tokens = rate->row[k].tokens + elapsed * per_second;
+    return rate->row[k].when == 0 || tokens > burst ? burst : tokens;
+}
+
+bool tfa_connect_rate_allows(tfa_connect_rate *rate, uid_t user, uint32_t per_second, uint64_t now)
+{
+    uint32_t row = 0;
+    double most = -1;
+    for (uint32_t k = 0; k < TFA_CONNECT_USERS; k++) {
+        const double tokens = tokens_of(rate, k, per_second, now);
+        if (rate->row[k].user == user && rate->row[k].when != 0) {
+            row = k;
+            break;
+        }
+        row = tokens > most ? k : row;
+        most = tokens > most ? tokens : most;
+    }
+    if (rate->row[row].user != user)
+        rate->row[row].when = 0;
+    const double tokens = tokens_of(rate, row, per_second, now);
+    rate->row[row].user = user;
+    rate->row[row].when = now;
+    rate->row[row].tokens = tokens >= 1 ? tokens - 1 : tokens;
     return tokens >= 1;
+}
+
+bool tfa_is_operator(uid_t user)
+{
+    return user == 0 || user == geteuid();
+}
+
+uint64_t tfa_share_of(uint64_t total, uint64_t others, uid_t user)
+{
+    const uint64_t kept = tfa_is_operator(user) ? 0 : total / 16;
+    const uint64_t left = total - kept > others ? total - kept - others : 0;
+    return tfa_is_operator(user) ? left : left / 2 + left % 2;
 }
 
 static bool has_group(const tfa_admission *a, gid_t group)
@@ -92,7 +121,7 @@ bool tfa_admission_allows(const tfa_admission *a, int socket, uid_t user, gid_t 
 {
     gid_t groups[GROUPS_MAX];
     socklen_t size = sizeof groups;
-    if ((!a->user_count && !a->group_count) || user == 0 || user == geteuid())
+    if ((!a->user_count && !a->group_count) || tfa_is_operator(user))
         return true;
     for (size_t i = 0; i < a->user_count; i++)
         if (a->users[i] == user)

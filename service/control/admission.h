@@ -18,19 +18,28 @@ typedef struct tfa_admission {
     size_t user_count, group_count;
 } tfa_admission;
 
-#define TFA_CONNECT_USERS 64 /* a power of two */
+#define TFA_CONNECT_USERS 64
 
 /** Connections of users: each may make `burst` at once and `per_second` from then on. */
 typedef struct tfa_connect_rate {
     struct {
+        uid_t user;
         double tokens;
         uint64_t when; /**< CLOCK_MONOTONIC ns of the last connection; 0: the row is free */
     } row[TFA_CONNECT_USERS];
 } tfa_connect_rate;
 
-/** Takes a connection of this user at `now` into account. Users that share a row share its rate.
- *  @return whether it is within the rate */
+/** Takes a connection of this user at `now` into account. Of more users than rows, those that could
+ *  connect most at once are forgotten. @return whether it is within the rate */
 bool tfa_connect_rate_allows(tfa_connect_rate *rate, uid_t user, uint32_t per_second, uint64_t now);
+
+/** root and the daemon's own user: they tell the daemon what to do. */
+bool tfa_is_operator(uid_t user);
+
+/** The most that a user may have of `total` (clients, bytes) of which other users have `others`:
+ *  half of what they leave, rounded up, so that no two users take all; the last sixteenth is kept
+ *  for operators, who may have all that is left. */
+uint64_t tfa_share_of(uint64_t total, uint64_t others, uid_t user);
 
 /** Looks the names of `allow_users` and `allow_groups` up; logs the place of one that does not
  *  exist. @return TFA_OK; TFA_E_ARGUMENT; TFA_E_MEMORY. On error *admission is empty. */

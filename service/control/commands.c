@@ -124,22 +124,66 @@ static void answer_description(tfa_daemon *d, command *c, const char *robot)
     end(c);
 }
 
+/* ---- places ---- */
+
+static uint32_t count_of(const tfa_daemon *d, uid_t user)
+{
+    uint32_t count = 0;
+    for (const command *c = d->commands; c < d->commands + COMMANDS_MAX; c++)
+        count += c->socket >= 0 && c->user == user;
+    return count;
+}
+
+/* The connection that ends for one of `user`; NULL: none may */
+static command *find_silent(tfa_daemon *d, uid_t user)
+{
+    command *found = NULL;
+    uint32_t most = 0;
+    for (command *c = d->commands; c < d->commands + COMMANDS_MAX; c++) {
+        if (c->socket < 0 || c->waits || (tfa_is_operator(c->user) && !tfa_is_operator(user)))
+            continue;
+        const uint32_t count = count_of(d, c->user);
+        if (count > most || (count == most && c->since < found->since))
+            found = c;
+        most = count > most ? count : most;
+    }
+    return found;
+}
+
+static command *find_place(tfa_daemon *d, uid_t user)
+{
+    static const char text[] = "error: busy: more connections came, and this one sent no command";
+    for (command *c = d->commands; c < d->commands + COMMANDS_MAX; c++)
+        if (c->socket < 0)
+            return c;
+    command *c = find_silent(d, user);
+    if (c)
+        answer_text(c, text);
+    return c;
+}
+
 void commands_accept(tfa_daemon *d)
 {
-    const int fd = control_accept(d, d->command_listener);
-    for (int i = 0; fd >= 0 && i < COMMANDS_MAX; i++) {
-        command *c = &d->commands[i];
-        struct epoll_event event = {.events = EPOLLIN | EPOLLRDHUP, .data.ptr = c};
-        if (c->socket >= 0)
-            continue;
-        *c = (command){.socket = fd, .since = control_clock()};
-        if (epoll_ctl(d->epoll, EPOLL_CTL_ADD, fd, &event) != 0)
-            end(c);
+    static const char text[] = "error: busy: too many commands under way; try again";
+    struct ucred peer;
+    socklen_t size = sizeof peer;
+    command next = {.socket = control_accept(d, d->command_listener), .since = control_clock()};
+    if (next.socket < 0)
+        return;
+    const bool known = getsockopt(next.socket, SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0;
+    command *c = known ? find_place(d, peer.uid) : NULL;
+    if (!c) {
+        answer_text(&next, text);
         return;
     }
-    if (fd >= 0)
-        close(fd);
+    next.user = peer.uid;
+    *c = next;
+    struct epoll_event event = {.events = EPOLLIN | EPOLLRDHUP, .data.ptr = c};
+    if (epoll_ctl(d->epoll, EPOLL_CTL_ADD, c->socket, &event) != 0)
+        end(c);
 }
+
+/* ---- commands ---- */
 
 /* Has the peer closed its socket, as a client does whose time is over? An AF_UNIX SOCK_SEQPACKET
  * socket reports a hang-up (POLLHUP) when both directions are shut down, which close() of the peer
@@ -149,15 +193,6 @@ static bool has_hung_up(int socket)
 {
     struct pollfd peer = {.fd = socket}; /* POLLHUP is reported without being asked for */
     return poll(&peer, 1, 0) > 0 && (peer.revents & POLLHUP);
-}
-
-/* root and the daemon's own user may tell it what to do. */
-static bool may_command(int socket)
-{
-    struct ucred peer;
-    socklen_t size = sizeof peer;
-    return getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0 &&
-           (peer.uid == 0 || peer.uid == geteuid());
 }
 
 /* The connection becomes that of a recorder. */
@@ -192,7 +227,7 @@ static void obey(tfa_daemon *d, command *c, const char *word)
     } else if (!record && strcmp(word, "reload") != 0 && strcmp(word, "stop") != 0) {
         answer_text(c, "error: no such command; there are status, statistics, describe, reload, "
                        "stop and record");
-    } else if (!may_command(c->socket)) {
+    } else if (!tfa_is_operator(c->user)) {
         answer_text(c, "error: only root and the daemon's user may do that");
     } else if (record) {
         obey_record(d, c, word + 7);

@@ -6,14 +6,17 @@
 #ifndef TFA_SERVICE_CONTROL_COMMANDS_H
 #define TFA_SERVICE_CONTROL_COMMANDS_H
 
+#include <sys/types.h>
+
 #include "control/robot_set.h"
 
-#define COMMANDS_MAX 4         /* at once; a further one is hung up on */
+#define COMMANDS_MAX 8         /* at once */
 #define COMMANDS_DESCRIPTORS 2 /* of one answer at most */
 
 /* A connection on the control socket of operators. */
 typedef struct command {
     int socket;
+    uid_t user;
     bool waits; /* for the end of a reload */
     uint64_t since;
 } command;
@@ -22,6 +25,8 @@ typedef struct command {
 void commands_open(tfa_daemon *d);
 TFA_CHECKED int commands_listen(tfa_daemon *d);
 void commands_unlisten(tfa_daemon *d);
+/* Takes a connection. Without a free place the oldest silent one of the user with most of them
+ * ends, but none of an operator for another user; those that wait for a reload stay. */
 void commands_accept(tfa_daemon *d);
 /* Something happened at `what`. @return it is a command's connection */
 bool commands_event(tfa_daemon *d, void *what);

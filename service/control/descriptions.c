@@ -18,7 +18,8 @@ int descriptions_open(tfa_daemon *d)
     s->next = calloc(count, sizeof *s->next);
     s->last = calloc(count, sizeof *s->last);
     s->loaded = calloc(count, sizeof *s->loaded);
-    if (!s->next || !s->last || !s->loaded)
+    s->not_before = calloc(count, sizeof *s->not_before);
+    if (!s->next || !s->last || !s->loaded || !s->not_before)
         return TFA_E_MEMORY;
     s->count = count;
     s->event = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
@@ -36,6 +37,7 @@ void descriptions_close(tfa_daemon *d)
     free(s->next);
     free(s->last);
     free(s->loaded);
+    free(s->not_before);
     if (s->event >= 0)
         close(s->event);
     *s = (robot_descriptions){.event = -1, .mutex = PTHREAD_MUTEX_INITIALIZER};
@@ -66,13 +68,21 @@ void descriptions_receive(tfa_daemon *d, size_t robot, const char *text)
 char *descriptions_take(tfa_daemon *d, size_t *robot)
 {
     robot_descriptions *s = &d->descriptions;
+    const uint64_t now = control_clock();
     char *text = NULL;
     pthread_mutex_lock(&s->mutex);
     for (size_t i = 0; i < s->count && !text; i++) {
+        if (now < s->not_before[i])
+            continue;
         text = s->next[i];
         s->next[i] = NULL;
         *robot = i;
     }
     pthread_mutex_unlock(&s->mutex);
     return text;
+}
+
+void descriptions_rest(tfa_daemon *d, size_t robot)
+{
+    d->descriptions.not_before[robot] = control_clock() + DESCRIPTION_REST_NS;
 }

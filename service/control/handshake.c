@@ -51,12 +51,15 @@ int handshake_admit(tfa_daemon *d, int socket, const struct ucred *peer, tfa_wel
                                  control_clock()))
         return refuse(d, w, TFA_E_REFUSED, "user %u connects too often (connects_per_second: %u)",
                       (unsigned)peer->uid, limits->connects_per_second);
-    if (sessions_of(d, peer->uid) >= limits->clients_per_user)
+    const uint32_t own = sessions_of(d, peer->uid);
+    if (own >= limits->clients_per_user)
         return refuse(d, w, TFA_E_REFUSED, "user %u has %u clients already (clients_per_user)",
                       (unsigned)peer->uid, limits->clients_per_user);
-    if (d->session_count >= limits->clients)
-        return refuse(d, w, TFA_E_REFUSED, "%u clients are connected already (limits.clients)",
-                      limits->clients);
+    if (own >= tfa_share_of(limits->clients, d->session_count - own, peer->uid))
+        return refuse(d, w, TFA_E_REFUSED,
+                      "user %u has %u clients, %u are connected: its share is used "
+                      "(limits.clients: %u)",
+                      (unsigned)peer->uid, own, d->session_count, limits->clients);
     return TFA_OK;
 }
 
@@ -103,12 +106,12 @@ static daemon_worker *choose_worker(const tfa_daemon *d)
     return best;
 }
 
-/* Shared memory of the clients of a user; of all, if `all`. */
-static uint64_t memory_of(const tfa_daemon *d, uid_t user, bool all)
+/* Shared memory of the clients of a user, or of all others */
+static uint64_t memory_of(const tfa_daemon *d, uid_t user, bool others)
 {
     uint64_t bytes = 0;
     for (const session *s = d->sessions; s; s = s->next)
-        if (all || s->user == user)
+        if ((s->user == user) != others)
             bytes += (s->requests.memory ? s->requests.size : 0) +
                      (s->replies.memory ? s->replies.size : 0);
     return bytes;
@@ -118,14 +121,16 @@ static int check_memory(tfa_daemon *d, const session *s, uint64_t size, tfa_welc
 {
     static const char *const keys[] = {"memory_mib_per_user", "memory_mib"};
     const config_limits *limits = &d->settings->limits;
-    const uint64_t most[] = {limits->memory_mib_per_user * MIB, limits->memory_mib * MIB};
-    for (int all = 0; all < 2; all++)
-        if (size > most[all] || memory_of(d, s->user, all) > most[all] - size)
+    const uint64_t mib[] = {limits->memory_mib_per_user, limits->memory_mib};
+    const uint64_t most[] = {mib[0] * MIB,
+                             tfa_share_of(mib[1] * MIB, memory_of(d, s->user, true), s->user)};
+    const uint64_t own = memory_of(d, s->user, false);
+    for (int i = 0; i < 2; i++)
+        if (size > most[i] || own > most[i] - size)
             return refuse(d, w, TFA_E_REFUSED,
-                          "%llu KiB of shared memory are beyond limits.%s (%llu); ask for fewer "
-                          "slots, fewer tips or a smaller max_batch",
-                          (unsigned long long)size / 1024, keys[all],
-                          (unsigned long long)(most[all] / MIB));
+                          "%llu KiB of shared memory are beyond the user's share of limits.%s "
+                          "(%llu); ask for fewer slots, fewer tips or a smaller max_batch",
+                          (unsigned long long)size / 1024, keys[i], (unsigned long long)mib[i]);
     return TFA_OK;
 }
 

@@ -134,11 +134,14 @@ static void start_draining(tfa_daemon *d)
     for (uint32_t i = 0; i < d->robot_set.count; i++) {
         if (!r->shape_changed[i])
             continue;
+        if (r->of_topic)
+            descriptions_rest(d, r->robot);
         log_of(d)(
             TFA_LOG_WARNING,
             "reload: robot '%s' has other joints, links or a base now: its clients are hung up "
-            "on when their requests are answered",
-            d->robot_set.robots[i].name);
+            "on when their requests are answered%s",
+            d->robot_set.robots[i].name,
+            r->of_topic ? "; its next robot_description is taken after 5 s" : "");
         d->robot_set.robots[i].reshaping = true;
         session_drain(d, i);
     }
@@ -316,6 +319,8 @@ void reload_tick(tfa_daemon *d)
         commit(d);
     if (d->reload.phase == RELOAD_OFFERED && all_taken(d))
         complete_reload(d);
+    if (d->reload.phase == RELOAD_NONE)
+        begin_next(d); /* a description that rested */
 }
 
 bool reload_abandon(tfa_daemon *d)

@@ -46,7 +46,13 @@ typedef struct robot_descriptions {
     char **next;   /* received and not yet loaded, or NULL */
     char **last;   /* received last: the same again is no news */
     char **loaded; /* in place of the robot's file, or NULL */
+    /* CLOCK_MONOTONIC ns: the next is not taken before, so that no publisher hangs up on clients at
+     * will. Control thread. */
+    uint64_t *not_before;
 } robot_descriptions;
+
+/* After a description with other joints, links or another base */
+#define DESCRIPTION_REST_NS UINT64_C(5000000000)
 
 /* ---- reload.c: other models while it runs; reload_load.c: its thread ---- */
 
@@ -73,7 +79,10 @@ TFA_CHECKED int descriptions_open(tfa_daemon *d);
 void descriptions_close(tfa_daemon *d);
 /* A description was received: any thread. */
 void descriptions_receive(tfa_daemon *d, size_t robot, const char *text);
-/* The next one, for the caller to free, and its robot in the configuration; NULL: there is none. */
+/* The next one, for the caller to free, and its robot in the configuration; NULL: there is none, or
+ * it rests. */
 char *descriptions_take(tfa_daemon *d, size_t *robot);
+/* The description that is loaded hung up on clients: the robot's next one rests. */
+void descriptions_rest(tfa_daemon *d, size_t robot);
 
 #endif

@@ -14,16 +14,29 @@ static uint32_t count_class(uint32_t count)
     return count >= LANES ? 2 : count > 1;
 }
 
+static void append(uint64_t *kind, int bits, uint64_t value)
+{
+    *kind = *kind << bits | (value & ((UINT64_C(1) << bits) - 1));
+}
+
 uint64_t tfa_cost_kind(const tfa_request *r)
 {
-    uint64_t kind = UINT64_C(1) << 63;
-    kind |= ((uint64_t)r->op & 15) | ((uint64_t)r->method & 31) << 4;
-    kind |= ((uint64_t)r->tip_count & 63) << 9 | ((uint64_t)r->flags & TFA_WANT_ALL) << 15;
-    kind |= ((uint64_t)r->refine & 3) << 27 | ((uint64_t)r->estimate & 7) << 29;
-    kind |= (uint64_t)(r->wrench_count != 0) << 32 | (uint64_t)(r->payload_count != 0) << 33;
-    kind |= (uint64_t)(r->locked_count != 0) << 34;
-    kind |= (uint64_t)(r->rows != TFA_ROWS_POSE) << 35;
-    return kind | (uint64_t)count_class(r->count) << 36;
+    uint64_t kind = 1;
+    _Static_assert(TFA_OP_LAST < 16 && TFA_MAX_TIPS < 64 && TFA_WANT_ALL < 1 << 16 &&
+                       TFA_MAX_REFINE < 7,
+                   "each has bits of its own");
+    append(&kind, 4, r->op);
+    append(&kind, 5, r->method);
+    append(&kind, 6, r->tip_count);
+    append(&kind, 16, r->flags & TFA_WANT_ALL);
+    append(&kind, 3, r->refine <= TFA_MAX_REFINE ? r->refine : 7);
+    append(&kind, 3, r->estimate);
+    append(&kind, 1, r->wrench_count != 0);
+    append(&kind, 1, r->payload_count != 0);
+    append(&kind, 1, r->locked_count != 0);
+    append(&kind, 1, r->rows != TFA_ROWS_POSE);
+    append(&kind, 2, count_class(r->count));
+    return kind;
 }
 
 uint32_t tfa_cost_states(const tfa_cost *cost, uint64_t budget_ns)

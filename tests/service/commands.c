@@ -7,12 +7,16 @@
 #include "ipc/control_socket.h"
 #include "test.h"
 
+#include <fcntl.h>
+#include <grp.h>
 #include <signal.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
 #include <sys/wait.h>
 #include <unistd.h>
+
+#define PLACES 8 /* connections at once (docs/security.md) */
 
 static char text[TFA_CONTROL_TEXT_MAX];
 
@@ -156,6 +160,103 @@ TEST(others_at_the_socket)
     assert_true(WAIT_FOR(command(&h, "status") == TFA_OK));
     for (int i = 0; i < 20; i++)
         close(fds[i]);
+}
+
+/* Connects so many times as user nobody and says nothing, until the parent has asked. */
+static _Noreturn void stay_silent(const harness *h, int count, int ready, int done)
+{
+    enum { NOBODY = 65534 };
+    char byte = 0;
+    if (setgroups(0, NULL) != 0 || setgid(NOBODY) != 0 || setuid(NOBODY) != 0)
+        _exit(1);
+    for (int i = 0; i < count; i++)
+        if (harness_dial(h, TFA_CONTROL_SOCKET) < 0)
+            _exit(2);
+    _exit(write(ready, &byte, 1) != 1 || read(done, &byte, 1) != 0);
+}
+
+/* Silent connections of another user, as many as there are places and more: an operator finds one
+ * at once, another user by the end of the oldest. Attempts are counted, not the time. */
+TEST(silent_sockets_shut_nobody_out)
+{
+    int ready[2], done[2];
+    char byte;
+    if (geteuid() != 0)
+        skip();
+    SCOPED_HARNESS h = harness_serve(ARM, "group: nogroup\n");
+    assert_int_equal(chmod(h.directory, 0711), 0);
+    for (int count = 1; count <= 3 * PLACES; count += PLACES) {
+        assert_int_equal(pipe2(ready, O_CLOEXEC), 0);
+        assert_int_equal(pipe2(done, O_CLOEXEC), 0);
+        const pid_t child = fork();
+        if (child == 0) {
+            close(done[1]);
+            stay_silent(&h, count, ready[1], done[0]);
+        }
+        assert_int_equal(read(ready[0], &byte, 1), 1);
+        for (int i = 0; i < 20; i++)
+            assert_int_equal(command(&h, "status"), TFA_OK);
+        close(done[1]);
+        assert_int_equal(child_end(child), 0);
+        close(ready[0]);
+        close(ready[1]);
+        close(done[0]);
+    }
+}
+
+/* @return false: its time was over before the last one came */
+static bool is_told(const harness *h)
+{
+    int fds[PLACES + 1];
+    char answer[128];
+    for (int i = 0; i <= PLACES; i++)
+        fds[i] = harness_dial(h, TFA_CONTROL_SOCKET);
+    const ssize_t size = recv(fds[0], answer, sizeof answer - 1, 0);
+    answer[size > 0 ? size : 0] = 0;
+    for (int i = 0; i <= PLACES; i++)
+        close(fds[i]);
+    return strstr(answer, "busy") != NULL;
+}
+
+TEST(the_oldest_silent_one_is_told)
+{
+    SCOPED_HARNESS h = harness_serve(ARM, "");
+    assert_true(WAIT_FOR(is_told(&h)));
+}
+
+/* All places are an operator's and silent. @return user nobody is told that the daemon is busy;
+ * false: a place was free again */
+static bool is_nobody_busy(const harness *h)
+{
+    enum { NOBODY = 65534 };
+    int fds[PLACES];
+    char answer[128];
+    for (int i = 0; i < PLACES; i++)
+        fds[i] = harness_dial(h, TFA_CONTROL_SOCKET);
+    const pid_t child = fork();
+    if (child == 0) {
+        if (setgroups(0, NULL) != 0 || setgid(NOBODY) != 0 || setuid(NOBODY) != 0)
+            _exit(99);
+        _exit(command(h, "status") != TFA_E_REFUSED || strstr(text, "busy") == NULL);
+    }
+    const int end = child_end(child);
+    assert_in_range(end, 0, 1);
+    for (int i = 0; i < PLACES; i++) {
+        const ssize_t size = recv(fds[i], answer, sizeof answer - 1, MSG_DONTWAIT);
+        answer[size > 0 ? size : 0] = 0;
+        assert_null(strstr(answer, "busy"));
+        close(fds[i]);
+    }
+    return end == 0;
+}
+
+TEST(operators_make_no_room_for_others)
+{
+    if (geteuid() != 0)
+        skip();
+    SCOPED_HARNESS h = harness_serve(ARM, "group: nogroup\n");
+    assert_int_equal(chmod(h.directory, 0711), 0);
+    assert_true(WAIT_FOR(is_nobody_busy(&h)));
 }
 
 int main(void)

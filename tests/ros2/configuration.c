@@ -158,6 +158,34 @@ TEST(the_environment_becomes_settings)
     }
 }
 
+/* Jazzy still honours it, before the newer variable. */
+TEST(localhost_only_comes_first)
+{
+    static const struct {
+        const char *only, *range;
+        bool local;
+    } rows[] = {{"1", NULL, true},      {"1", "SUBNET", true}, {"0", "SUBNET", false},
+                {"", "SUBNET", false},  {"0", NULL, false},    {"0", "LOCALHOST", true},
+                {"1", "nonsense", true}};
+    const config_ros2 c = {.enabled = true, .domain = CONFIG_ROS_DOMAIN_ID};
+    config_ros2 subnet = c;
+    char *settings, error[200];
+    uint32_t id;
+    subnet.discovery = CONFIG_DISCOVERY_SUBNET;
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        set_variable("ROS_LOCALHOST_ONLY", rows[i].only);
+        set_variable("ROS_AUTOMATIC_DISCOVERY_RANGE", rows[i].range);
+        assert_int_equal(find_domain(&c, &id, &settings, error, sizeof error), TFA_OK);
+        assert_int_equal(strstr(settings, "<Peer address=\"localhost\"/>") != NULL, rows[i].local);
+        free(settings);
+        assert_int_equal(find_domain(&subnet, &id, &settings, error, sizeof error), TFA_OK);
+        assert_null(strstr(settings, "localhost"));
+        free(settings);
+    }
+    set_variable("ROS_LOCALHOST_ONLY", NULL);
+    set_variable("ROS_AUTOMATIC_DISCOVERY_RANGE", NULL);
+}
+
 TEST(a_bad_environment_is_named)
 {
     static const struct {

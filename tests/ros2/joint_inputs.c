@@ -132,7 +132,8 @@ TEST(each_value_is_of_its_own)
     tfa_joint_inputs_free(s);
 }
 
-TEST(numbers_that_are_not_finite_leave_the_joint_as_it_was)
+/* A broadcaster fills velocities that the hardware lacks with NaN: positions are taken. */
+TEST(numbers_that_are_not_finite_leave_the_number_before)
 {
     static const double q[] = {1, 2, 3}, worse[] = {4, 5, 6}, bad[] = {0, NAN, -INFINITY};
     tfa_joint_inputs *s = arm_inputs();
@@ -145,9 +146,15 @@ TEST(numbers_that_are_not_finite_leave_the_joint_as_it_was)
     assert_fault(s, TFA_JOINT_FAULT_NOT_FINITE, 2, "wrist");
     assert_int_equal(tfa_joint_inputs_fault(s, TFA_JOINT_FAULT_NOT_FINITE)->value,
                      TFA_JOINT_VELOCITY);
-    assert_true(tfa_joint_inputs_read(s, TFA_JOINT_POSITION, 2, 1, x));
-    assert_true(x[0] == 4 && x[1] == 2 && x[2] == 3);
-    assert_int_equal(tfa_joint_inputs_age(s, 1, TFA_JOINT_POSITION, 2), 1);
+    assert_int_equal(tfa_joint_inputs_outcome(s).taken, 3);
+    assert_true(tfa_joint_inputs_read(s, TFA_JOINT_POSITION, 2, 0, x));
+    assert_memory_equal(x, worse, sizeof worse);
+    assert_true(tfa_joint_inputs_read(s, TFA_JOINT_VELOCITY, 2, 1, x));
+    assert_true(x[0] == 0 && x[1] == 2 && x[2] == 3);
+    assert_int_equal(tfa_joint_inputs_age(s, 1, TFA_JOINT_VELOCITY, 2), 1);
+    assert_false(tfa_joint_inputs_read(s, TFA_JOINT_VELOCITY, 2, 0, x));
+    assert_fault(s, TFA_JOINT_FAULT_STALE, 1, "elbow");
+    assert_int_equal(tfa_joint_inputs_fault(s, TFA_JOINT_FAULT_STALE)->value, TFA_JOINT_VELOCITY);
     assert_true(tfa_joint_inputs_merge(s, &m, POSITION, 3)); /* velocities were not asked for */
     assert_fault(s, TFA_JOINT_FAULT_NOT_FINITE, 2, "wrist");
     tfa_joint_inputs_free(s);

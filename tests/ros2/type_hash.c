@@ -116,6 +116,24 @@ TEST(every_topic_announces_the_hash_of_its_description)
     assert_null(tfa_ros2_user_data(""));
 }
 
+/* Those of the service in totalforce_msgs, as rosidl describes it: without the id of the call,
+ * which rmw_cyclonedds puts before the fields. */
+TEST(services_announce_the_hashes_of_their_messages)
+{
+    for (const msg *const *m = services(); *m != NULL; m++) {
+        char expected[128];
+        if (strncmp((*m)->name, "totalforce_msgs/", 16) != 0)
+            continue;
+        msg described = **m;
+        described.field += 2;
+        described.fields -= 2;
+        snprintf(expected, sizeof expected, "typehash=RIHS01_%s;", hash_of(&described));
+        const char *announced = tfa_ros2_user_data((*m)->topic->m_typename);
+        assert_non_null(announced);
+        assert_string_equal(announced, expected);
+    }
+}
+
 /* package/msg/Name is package::msg::dds_::Name_ */
 TEST(types_have_the_names_of_rmw)
 {

@@ -194,6 +194,38 @@ TEST(a_motor_that_is_not_finite_is_refused_by_its_joint)
                                      "joint 'FL_hip_joint': velocity is not finite") > 0);
 }
 
+static unitree_go_msg_dds__LowState_ go_state_at(const motion *m, uint32_t tick)
+{
+    unitree_go_msg_dds__LowState_ s = go_state(m);
+    s.tick = tick;
+    s.crc = tfa_unitree_go_crc(&s);
+    return s;
+}
+
+/* Of two states the second one, with a text in the diagnostics */
+static bool is_refused(const unitree_go_msg_dds__LowState_ *first,
+                       const unitree_go_msg_dds__LowState_ *second, const char *text)
+{
+    assert_int_equal(dds_write(go, first), DDS_RETCODE_OK);
+    assert_int_equal(dds_write(go, second), DDS_RETCODE_OK);
+    return arm_find_diagnostic(&node, "dog/totalforce: /lowstate", text) > 0;
+}
+
+/* A state is replayed while the robot publishes: nothing is answered from it, and it is named. The
+ * count wraps after 49 days: the states after that are taken at once. */
+TEST(a_replayed_state_is_refused)
+{
+    const motion before = motion_of(30), now = motion_of(31), later = motion_of(32);
+    const unitree_go_msg_dds__LowState_ replayed = go_state_at(&before, UINT32_MAX - 10),
+                                        last = go_state_at(&now, UINT32_MAX),
+                                        wrapped = go_state_at(&later, 5);
+    assert_answer(go, &last, go_efforts, go_answers, &now); /* after a rest */
+    assert_true(WAIT_FOR(is_refused(&last, &replayed, "5 after tick 4294967295")));
+    assert_answer(go, &wrapped, go_efforts, go_answers, &later);
+    assert_true(WAIT_FOR(is_refused(&wrapped, &replayed, "tick 4294967285 after tick 5")));
+    assert_answer(go, &wrapped, go_efforts, go_answers, &later);
+}
+
 /* After the last message the state ages, and nothing is answered. */
 TEST(a_robot_that_falls_silent_is_stale)
 {

@@ -18,6 +18,13 @@ static const char *variable(const char *name)
     return text && *text ? text : NULL;
 }
 
+/* rmw/src/discovery_options.c: it comes before the newer variable. */
+bool tfa_ros2_is_local_only(void)
+{
+    const char *text = variable("ROS_LOCALHOST_ONLY");
+    return text && strcmp(text, "1") == 0;
+}
+
 static int find_domain(const config_ros2 *from, uint32_t *id, char *error, size_t size)
 {
     const char *text = variable("ROS_DOMAIN_ID");
@@ -52,8 +59,8 @@ static int find_range(const config_ros2 *from, config_discovery *range, char *er
     *range = (config_discovery)from->discovery;
     if (*range != CONFIG_DISCOVERY_ENVIRONMENT)
         return TFA_OK;
-    *range = CONFIG_DISCOVERY_SUBNET;
-    if (!text)
+    *range = tfa_ros2_is_local_only() ? CONFIG_DISCOVERY_LOCALHOST : CONFIG_DISCOVERY_SUBNET;
+    if (!text || tfa_ros2_is_local_only())
         return TFA_OK;
     for (size_t i = 0; i < sizeof ranges / sizeof *ranges; i++)
         if (strcmp(text, ranges[i].name) == 0) {

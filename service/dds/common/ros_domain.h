@@ -2,8 +2,8 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * Domain and discovery range of ROS 2 as settings of Cyclone DDS, as rmw_cyclonedds makes them:
- * from the configuration and from ROS_DOMAIN_ID, ROS_AUTOMATIC_DISCOVERY_RANGE and
- * ROS_STATIC_PEERS (docs.ros.org, "Improved Dynamic Discovery").
+ * from the configuration and from ROS_DOMAIN_ID, ROS_AUTOMATIC_DISCOVERY_RANGE, ROS_STATIC_PEERS
+ * and the older ROS_LOCALHOST_ONLY (docs.ros.org, "Improved Dynamic Discovery").
  */
 #ifndef TFA_SERVICE_DDS_ROS_DOMAIN_H
 #define TFA_SERVICE_DDS_ROS_DOMAIN_H
@@ -29,6 +29,9 @@
  */
 TFA_CHECKED int tfa_ros2_domain(const config_ros2 *from, uint32_t *id, char **settings, char *error,
                                 size_t size);
+
+/** ROS_LOCALHOST_ONLY=1: the range is LOCALHOST, unless the configuration has one. */
+bool tfa_ros2_is_local_only(void);
 
 /** Domain of a robot's topics of ROS 2. @param common  that of section "ros2" or the environment */
 uint32_t tfa_ros2_domain_of(const config_robot *robot, uint32_t common);

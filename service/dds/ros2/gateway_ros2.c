@@ -55,6 +55,9 @@ static int check(const config *settings)
     const int status = tfa_ros2_domain(&settings->ros2, &common, &xml, error, sizeof error);
     if (status == TFA_E_ARGUMENT)
         tfa_log(TFA_LOG_ERROR, "ros2: %s", error);
+    if (settings->ros2.discovery == CONFIG_DISCOVERY_ENVIRONMENT && tfa_ros2_is_local_only())
+        tfa_log(TFA_LOG_INFO, "ros2: ROS_LOCALHOST_ONLY=1: discovery range LOCALHOST, whatever "
+                              "ROS_AUTOMATIC_DISCOVERY_RANGE says");
     free(xml);
     return status == TFA_OK ? check_nodes(settings, common) : status;
 }

@@ -150,26 +150,26 @@ static bool check_names(tfa_joint_inputs *s, const tfa_joint_message *m)
     return true;
 }
 
-/* The first of the wanted values at a place that is not finite; the count: all are. */
-static int first_not_finite(const tfa_joint_message *m, uint32_t place, uint32_t values)
+/* Each value by itself. @return false: none was finite */
+static bool take_values(tfa_joint_inputs *s, uint32_t joint, const tfa_joint_message *m,
+                        uint32_t place, uint32_t values, int64_t now)
 {
-    int v = 0;
-    while (v < TFA_JOINT_VALUE_COUNT &&
-           !(values & 1u << v && m->value_count[v] && !isfinite(m->value[v][place])))
-        v++;
-    return v;
-}
-
-static void take_values(struct joint *j, const tfa_joint_message *m, uint32_t place,
-                        uint32_t values, int64_t now)
-{
+    struct joint *j = &s->joint[joint];
+    uint32_t asked = 0, taken = 0;
     for (int v = 0; v < TFA_JOINT_VALUE_COUNT; v++) {
         if (!(values & 1u << v) || !m->value_count[v])
             continue;
+        asked++;
+        if (!isfinite(m->value[v][place])) {
+            (void)refuse(s, TFA_JOINT_FAULT_NOT_FINITE, (tfa_joint_value)v, m->name[place]);
+            continue;
+        }
+        taken++;
         j->value[v] = m->value[v][place];
         j->received[v] = now;
         j->has |= 1u << v;
     }
+    return taken || !asked;
 }
 
 bool tfa_joint_inputs_merge(tfa_joint_inputs *s, const tfa_joint_message *m, uint32_t values,
@@ -180,15 +180,10 @@ bool tfa_joint_inputs_merge(tfa_joint_inputs *s, const tfa_joint_message *m, uin
         return false;
     for (uint32_t k = 0; k < m->name_count; k++) {
         const uint32_t j = joint_at(s, k, m->name[k]);
-        const int bad = first_not_finite(m, k, values);
         if (j == NONE)
             (void)refuse(s, TFA_JOINT_FAULT_UNKNOWN, TFA_JOINT_POSITION, m->name[k]);
-        else if (bad < TFA_JOINT_VALUE_COUNT)
-            (void)refuse(s, TFA_JOINT_FAULT_NOT_FINITE, (tfa_joint_value)bad, m->name[k]);
-        else {
-            take_values(&s->joint[j], m, k, values, now);
-            s->outcome.taken++;
-        }
+        else
+            s->outcome.taken += take_values(s, j, m, k, values, now);
     }
     return true;
 }

@@ -8,7 +8,8 @@
  *  - A message with an array that is neither empty nor as long as its names, or with a joint twice,
  *    is refused whole.
  *  - Names that the robot has not are skipped: other robots and grippers share the topic.
- *  - A joint with a number that is not finite keeps all its former values.
+ *  - A number that is not finite leaves the former one, which ages; the joint's other values are
+ *    taken: publishers fill what hardware lacks with NaN.
  *  - Of each value the newest counts, with the time of its receipt. Stamps of messages do not
  *    count: clocks of hosts differ.
  *  - Values that are missing or older than a limit are refused; nothing is extrapolated.
@@ -48,7 +49,7 @@ typedef enum tfa_joint_fault {
 
 /** What was refused, for diagnostics. */
 typedef struct tfa_joint_fault_record {
-    /* messages (length, twice), names (unknown), joints (not finite) or reads (missing, stale) */
+    /* messages (length, twice), names (unknown), numbers (not finite) or reads (missing, stale) */
     uint64_t count;
     tfa_joint_value value; /* of the last one; of a name that is unknown or twice: no meaning */
     char joint[64];        /* of the last one, cut off if longer */
@@ -57,7 +58,8 @@ typedef struct tfa_joint_fault_record {
 /** What the last merge or read did. */
 typedef struct tfa_joint_outcome {
     tfa_joint_fault fault; /**< the last one, unknown names apart; TFA_JOINT_FAULT_COUNT: none */
-    uint32_t taken;        /**< joints whose values a merge took */
+    uint32_t
+        taken; /**< joints of which a merge took a value, or that has none of those asked for */
 } tfa_joint_outcome;
 
 typedef struct tfa_joint_inputs tfa_joint_inputs;

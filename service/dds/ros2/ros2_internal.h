@@ -162,6 +162,8 @@ struct ros2_robot {
     ros2_arrays *arrays;   /* NULL: no memory at the last exchange */
     gateway_robot own;
     ros2_header state_header;
+    uint32_t tick;         /* ms, of the last LowState */
+    int64_t tick_received; /* ns; 0: never */
     bool state_is_new;
     ros2_base base;
     ros2_wrench wrenches[TFA_MAX_WRENCHES];

@@ -36,6 +36,10 @@ static const struct {
      HASH("db5172cac933e3cfc0e705903343eb4eea42e65e224e9d726d3e672aec0caf0f")},
     {"unitree_hg::msg::dds_::LowState_",
      HASH("aee6c5bd4b4d2eeca854bf47e32e4e3d34c47c2cafa05c08b6b0fa4bc51c6b3a")},
+    {"totalforce_msgs::srv::dds_::ForwardDynamics_Request_",
+     HASH("9547883d320f7fc2e0286823c9c017516a7031134aeb88619e111af52a0a8534")},
+    {"totalforce_msgs::srv::dds_::ForwardDynamics_Response_",
+     HASH("56b7ff69997a0f2b7d96c563557e4a8974db53f1e1a1479aeaaedbac8cd62c62")},
 };
 
 const char *tfa_ros2_user_data(const char *dds_type)

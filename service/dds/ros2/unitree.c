@@ -51,6 +51,16 @@ static void merge_motors(ros2_input *in, const low_state *s, int64_t now)
     (void)ros2_merge(in, a->state, &message, ROS2_STATE_VALUES, now);
 }
 
+/* A robot that starts anew counts from 0: it was silent for longer than this. */
+#define TICK_REST_NS INT64_C(1000000000)
+
+/* Older than the last state, in a count that wraps: replayed, or overtaken on its way. */
+static bool runs_backwards(const ros2_robot *robot, uint32_t tick, int64_t now)
+{
+    return robot->tick_received != 0 && now - robot->tick_received < TICK_REST_NS &&
+           tick - robot->tick > UINT32_MAX / 2;
+}
+
 static void read_low_state(ros2_input *in, const low_state *s, int64_t now)
 {
     ros2_robot *robot = in->robot;
@@ -58,6 +68,13 @@ static void read_low_state(ros2_input *in, const low_state *s, int64_t now)
         ros2_refuse(in, "crc 0x%08x, its contents have 0x%08x", s->crc, s->expected);
         return;
     }
+    if (runs_backwards(robot, s->tick, now)) {
+        ros2_refuse(in, "tick %u after tick %u: an old state, or two robots on one topic", s->tick,
+                    robot->tick);
+        return;
+    }
+    robot->tick = s->tick;
+    robot->tick_received = now;
     merge_motors(in, s, now);
     robot->base = base_of(s, now);
     /* the tick of the robot is the only time that there is */

@@ -122,7 +122,10 @@ int tfa_urdf_read(const char *name, char **text, size_t *length, tfa_report *rep
     *length = 0;
     if (tfa_urdf_find(name, path, sizeof path) != TFA_OK)
         return unreadable(report, name, errno, path);
-    int file = open(path, O_RDONLY | O_CLOEXEC);
+    /* A pipe that nobody writes is empty, and not waited for; one that has a writer is read. */
+    int file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (file >= 0)
+        (void)fcntl(file, F_SETFL, fcntl(file, F_GETFL) & ~O_NONBLOCK);
     int status = file < 0 ? TFA_E_FILE : read_all(file, text, length);
     const int error = errno;
     if (file >= 0)

@@ -16,16 +16,24 @@
 
 /* ---- errors ---- */
 
+/* Of more errors only this is said: an alias repeats those of its list as often as it stands. */
+#define ERRORS_MAX 100
+
 __attribute__((format(printf, 4, 0))) static void print_error(config_reader *r,
                                                               const yaml_mark_t *mark,
                                                               const char *path, const char *format,
                                                               va_list arguments)
 {
+    r->count++;
+    if (r->count == ERRORS_MAX + 1)
+        fprintf(r->errors, "%s:%zu:%zu: more errors are not listed\n", r->file, mark->line + 1,
+                mark->column + 1);
+    if (r->count > ERRORS_MAX)
+        return;
     fprintf(r->errors, "%s:%zu:%zu: %s%s", r->file, mark->line + 1, mark->column + 1, path,
             *path ? ": " : "");
     vfprintf(r->errors, format, arguments);
     fputc('\n', r->errors);
-    r->count++;
 }
 
 void config_error_at(config_reader *r, const yaml_node_t *node, const char *path,

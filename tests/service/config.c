@@ -248,6 +248,21 @@ TEST(several_errors_in_one_go)
     free(errors);
 }
 
+/* A list that is wrong, and fifteen times an alias of it: a hundred errors are listed. */
+TEST(errors_of_aliases_are_bounded)
+{
+    SCOPED_TEXT *errors = errors_of(
+        "robots: &r [{name: arm, urdf: " ARM_URDF ", scenes: &s [{x: 1}, {x: 1}, {x: 1}, {x: 1}, "
+        "{x: 1}, {x: 1}, {x: 1}, {x: 1}, {x: 1}, {x: 1}]}, {scenes: *s}, {scenes: *s}, "
+        "{scenes: *s}, {scenes: *s}, {scenes: *s}, {scenes: *s}, {scenes: *s}, {scenes: *s}, "
+        "{scenes: *s}, {scenes: *s}, {scenes: *s}, {scenes: *s}, {scenes: *s}, {scenes: *s}]\n");
+    size_t lines = 0;
+    for (const char *c = errors; *c; c++)
+        lines += *c == '\n';
+    assert_int_equal(lines, 101);
+    assert_non_null(strstr(errors, "more errors are not listed"));
+}
+
 TEST(missing_file)
 {
     config *c;

@@ -46,6 +46,13 @@ status 0 $sweep --count 5000 --seed 8
 grep -v '^#' "$work/whole" | grep mean | head -1 >"$work/mean"
 grep mean "$work/out" | cmp -s - "$work/mean" && fail "another seed has the same states"
 
+# a link that others have put there is not written through
+printf x >"$work/theirs"
+ln -s theirs "$work/link.0"
+status 2 $sweep $common --resume "$work/link" --threads 1
+says "$work/err" "a symbolic link"
+[ "$(cat "$work/theirs")" = x ] || fail "a sweep wrote through a symbolic link"
+
 # resumed: a line that was cut off, a block that is missing
 status 0 $sweep $common --resume "$work/r" --threads 1
 [ "$(grep -c '^block ' "$work/r.0")" -eq 10 ] || fail "not ten blocks in the resume file"

@@ -8,6 +8,7 @@
 
 #include <errno.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <totalforce/totalforce.h>
 #include <unistd.h>
 
@@ -123,6 +124,40 @@ TEST(loading)
     assert_non_null(strstr(report.messages[0].text, "no package 'foot' in AMENT_PREFIX_PATH"));
     tfa_report_free(&report);
     remove_folders(root);
+}
+
+/* A pipe that nobody writes is an empty file, not one to wait for; one with a writer is read to its
+ * end, however late it writes. */
+TEST(pipes)
+{
+    char root[] = "/tmp/tfa-find-XXXXXX", *text = NULL;
+    size_t length = 0;
+    tfa_report report = {0};
+    tfa_description *d = NULL;
+    assert_non_null(mkdtemp(root));
+    assert_int_equal(chdir(root), 0);
+    assert_int_equal(mkfifo("pipe", 0600), 0);
+    assert_int_not_equal(tfa_urdf_load("pipe", &d, &report), TFA_OK);
+    tfa_report_free(&report);
+    int ends[2];
+    assert_int_equal(pipe(ends), 0);
+    const pid_t writer = fork();
+    if (writer == 0) {
+        usleep(20000);
+        _exit(write(ends[1], robot, strlen(robot)) != (ssize_t)strlen(robot));
+    }
+    assert_int_equal(close(ends[1]), 0);
+    char name[32]; /* as <(program) of a shell */
+    snprintf(name, sizeof name, "/dev/fd/%d", ends[0]);
+    assert_int_equal(tfa_urdf_read(name, &text, &length, &report), TFA_OK);
+    assert_string_equal(text, robot);
+    free(text);
+    tfa_report_free(&report);
+    assert_int_equal(waitpid(writer, NULL, 0), writer);
+    assert_int_equal(close(ends[0]), 0);
+    assert_int_equal(unlink("pipe"), 0);
+    assert_int_equal(chdir("/"), 0);
+    assert_int_equal(rmdir(root), 0);
 }
 
 TEST(long_names)

@@ -85,7 +85,8 @@ int recording_create(recording_writer *w, const char *path,
                                .request_blocks = TFA_WIRE_REQUEST_BLOCKS,
                                .reply_blocks = TFA_WIRE_REPLY_BLOCKS};
     head.checksum = recording_crc32(recording_crc32(0, &head, sizeof head), texts, size);
-    *w = (recording_writer){.fd = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)};
+    *w = (recording_writer){
+        .fd = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0666)};
     if (w->fd < 0) {
         w->error = errno;
         return w->error;

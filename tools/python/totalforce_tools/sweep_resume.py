@@ -10,6 +10,7 @@ The first line is everything that decides the result. Words of a block are index
 hexadecimal: the words of its statistics that are not zero. The number behind # is the FNV-1a hash
 of the line before the blank. A line that was cut off is a missing block.
 """
+import errno
 import fcntl
 import glob
 import os
@@ -76,7 +77,12 @@ class Out:
 
     def __init__(self, plan, number):
         self.prefix, path = plan.o.resume, f"{plan.o.resume}.{number}"
-        self.file = open(path, "a+b")
+        flags = os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC
+        try:
+            self.file = os.fdopen(os.open(path, flags, 0o666), "a+b")
+        except OSError as error:
+            why = "a symbolic link" if error.errno == errno.ELOOP else error.strerror
+            raise Failed(f"--resume {path}: {why}") from None
         try:
             fcntl.flock(self.file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:

@@ -199,9 +199,19 @@ typedef enum config_discovery {
     CONFIG_DISCOVERY_SYSTEM_DEFAULT, /* CYCLONEDDS_URI alone decides */
 } config_discovery;
 
+typedef enum config_release {
+    CONFIG_RELEASE_ENVIRONMENT, /* ROS_DISTRO */
+    CONFIG_RELEASE_HUMBLE,
+    CONFIG_RELEASE_IRON,
+    CONFIG_RELEASE_JAZZY,
+    CONFIG_RELEASE_KILTED,
+    CONFIG_RELEASE_ROLLING,
+} config_release;
+
 typedef struct config_ros2 {
     bool enabled;
     uint32_t domain;    /* or CONFIG_ROS_DOMAIN_ID */
+    uint32_t release;   /* config_release */
     uint32_t discovery; /* config_discovery */
     const char **peers; /* none: ROS_STATIC_PEERS */
     size_t peers_count;

@@ -31,8 +31,10 @@ static const char *const backend_words[] = {"shm", "memfd", NULL};
 static const char *const wait_words[] = {TFA_WAIT_WORDS(WORD) NULL};
 static const char *const log_words[] = {"error", "warning", "info", "debug", NULL};
 
-/* in the order of config_unitree_type and config_discovery */
+/* in the order of config_unitree_type, config_release and config_discovery */
 static const char *const unitree_words[] = {"none", "go", "hg", NULL};
+static const char *const release_words[] = {"environment", "humble",  "iron", "jazzy",
+                                            "kilted",      "rolling", NULL};
 static const char *const discovery_words[] = {"environment", "subnet",         "localhost",
                                               "off",         "system_default", NULL};
 
@@ -304,6 +306,10 @@ static const config_row ros2_rows[] = {
     {"domain", CONFIG_COUNT, AT(config_ros2, domain), .default_value = CONFIG_ROS_DOMAIN_ID,
      .low = 0, .high = CONFIG_DOMAIN_MAX, .word = "environment",
      .help = "DDS domain id; environment: ROS_DOMAIN_ID, else 0"},
+    {"release", CONFIG_WORD, AT(config_ros2, release),
+     .default_value = CONFIG_RELEASE_ENVIRONMENT, .words = release_words,
+     .help = "Of the nodes: environment (ROS_DISTRO, else one after humble), humble, iron, jazzy, "
+             "kilted, rolling"},
     {"discovery_range", CONFIG_WORD, AT(config_ros2, discovery),
      .default_value = CONFIG_DISCOVERY_ENVIRONMENT, .words = discovery_words,
      .help = "environment (ROS_AUTOMATIC_DISCOVERY_RANGE, else subnet), subnet, localhost, off, "

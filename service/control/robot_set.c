@@ -168,13 +168,15 @@ static int make_worker(tfa_daemon *d, daemon_worker *w)
     for (uint32_t i = 0; i < f->count && status == TFA_OK; i++)
         status = daemon_make_solver(d, i, &w->solvers, &robots[i]);
     if (status == TFA_OK) {
-        const tfa_worker_options options = {.robots = robots,
-                                            .robot_count = f->count,
-                                            .spin_ns = d->settings->spin_ns,
-                                            .wait = worker_wait(d->settings),
-                                            .turn_ns = d->settings->turn_us * 1000,
-                                            .warm_ns = d->settings->warm_us * 1000,
-                                            .statistics = &statistics};
+        const tfa_worker_options options = {
+            .robots = robots,
+            .robot_count = f->count,
+            .spin_ns = d->settings->spin_ns,
+            .wait = worker_wait(d->settings),
+            .turn_ns = d->settings->turn_us * 1000,
+            .warm_ns = d->settings->warm_us * 1000,
+            .rest_ns = tfa_realtime_rest_ns(&d->settings->realtime, "/proc/sys/kernel"),
+            .statistics = &statistics};
         status = tfa_worker_create(&options, &w->worker);
     }
     free(robots);

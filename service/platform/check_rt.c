@@ -129,7 +129,10 @@ static finding find_throttling(const tfa_check_rt *c)
         return found(GOOD, "none");
     return strcmp(text, "-1") == 0
                ? found(GOOD, "off")
-               : found(WORSE, "real-time threads run %s us in a second at most", text);
+               : found(WORSE,
+                       "real-time threads run %s us in a second at most, workers rest "
+                       "to stay below",
+                       text);
 }
 
 static bool is_in_list(const char *list, uint32_t processor)

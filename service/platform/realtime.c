@@ -99,6 +99,29 @@ void tfa_realtime_worker(const config_realtime *wanted, uint32_t number, pthread
         tfa_log(TFA_LOG_INFO, "worker %u runs at FIFO priority %u", number, wanted->priority);
 }
 
+static long long read_number(const char *folder, const char *name)
+{
+    char path[256];
+    long long number = -1;
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    FILE *in = fopen(path, "re");
+    if (in && fscanf(in, "%lld", &number) != 1)
+        number = -1;
+    if (in)
+        fclose(in);
+    return number;
+}
+
+uint32_t tfa_realtime_rest_ns(const config_realtime *wanted, const char *folder)
+{
+    const long long runs = read_number(folder, "sched_rt_runtime_us");
+    const long long period = read_number(folder, "sched_rt_period_us");
+    if (!wanted->priority || runs <= 0 || period <= runs)
+        return 0;
+    /* a quarter more than the part that is not left: clocks and other real-time threads */
+    return (uint32_t)(1e6 * 1.25 * (double)(period - runs) / (double)runs);
+}
+
 void tfa_realtime_raise_files(void)
 {
     struct rlimit limit;

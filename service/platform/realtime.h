@@ -27,6 +27,10 @@ int tfa_realtime_limit_idle_states(const config_realtime *wanted, const char *de
 /** Gives worker `number` its processor and priority, if configured. */
 void tfa_realtime_worker(const config_realtime *wanted, uint32_t number, pthread_t thread);
 
+/** The rest that keeps a worker of this priority below the share of time that the kernel leaves to
+ *  real-time threads (`folder`: /proc/sys/kernel), ns for each ms; 0: it needs none. */
+uint32_t tfa_realtime_rest_ns(const config_realtime *wanted, const char *folder);
+
 /** As many descriptors as the system lets us have: each client takes some. */
 void tfa_realtime_raise_files(void);
 

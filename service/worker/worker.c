@@ -23,6 +23,7 @@
  * stopped would keep a processor busy. */
 #define SPIN_IDLE_NS 1000000000u
 #define NAP_NS 50000u
+#define REST_EVERY_NS 1000000u
 
 /* ---- life ---- */
 
@@ -64,6 +65,8 @@ int tfa_worker_create(const tfa_worker_options *options, tfa_worker **worker)
     w->robot_count = options->robot_count;
     w->spin_ns = options->spin_ns;
     w->wait = options->wait == TFA_WAIT_DEFAULT ? TFA_WAIT_HYBRID : options->wait;
+    w->rest_ns = options->rest_ns;
+    w->now = w->owed_for = tfa_worker_clock();
     w->turn_ns = options->turn_ns ? options->turn_ns : TFA_WORKER_TURN_US * 1000;
     int status = tfa_worker_warm_up_init(&w->warm_up, options->warm_ns);
     w->costs = calloc(options->robot_count, sizeof *w->costs);
@@ -109,6 +112,33 @@ void tfa_worker_destroy(tfa_worker *w)
     free(w);
 }
 
+/* ---- rest ---- */
+
+/* What it runs makes it owe a part of that, what it sleeps pays; nothing is saved up. */
+static void count_time(tfa_worker *w, bool slept)
+{
+    const uint64_t time = w->now - w->owed_for;
+    w->owed_for = w->now;
+    if (!slept)
+        w->owed_ns += time * w->rest_ns / REST_EVERY_NS;
+    else
+        w->owed_ns -= time < w->owed_ns ? time : w->owed_ns;
+}
+
+/* The kernel stops a real-time thread that takes more than its share of a second, for 50 ms by its
+ * default. Short rests in time keep it below. */
+void tfa_worker_rest(tfa_worker *w)
+{
+    if (w->rest_ns == 0)
+        return;
+    count_time(w, false);
+    if (w->owed_ns < w->rest_ns)
+        return;
+    tfa_worker_nap(w->owed_ns);
+    w->now = w->owed_for = tfa_worker_clock();
+    w->owed_ns = 0;
+}
+
 /* ---- waiting ---- */
 
 static bool is_attached(const tfa_worker_client *client)
@@ -150,6 +180,7 @@ void tfa_worker_sleep(tfa_worker *w, int timeout_ms)
         (void)epoll_wait(w->epoll, events, 8, timeout_ms);
     show_asleep(w, used, 0);
     w->now = tfa_worker_clock();
+    count_time(w, true);
 }
 
 /* The most eager wish among the clients; without clients there is nothing to spin for. */
@@ -181,13 +212,12 @@ static bool spin(tfa_worker *w, tfa_wait mode)
 
 void tfa_worker_wait(tfa_worker *w)
 {
-    const struct timespec nap = {.tv_nsec = NAP_NS};
     const tfa_wait mode = mode_of(w);
     tfa_ring_cpu_relax();
     if (mode != TFA_WAIT_BLOCK && !spin(w, mode))
         return;
     if (mode == TFA_WAIT_SPIN) {
-        clock_nanosleep(CLOCK_MONOTONIC, 0, &nap, NULL);
+        tfa_worker_nap(NAP_NS);
         w->idle = 2 * CYCLES_PER_CLOCK_READ - 1; /* looks at the clock in the next cycle, too */
         return;
     }
@@ -197,12 +227,14 @@ void tfa_worker_wait(tfa_worker *w)
 
 void tfa_worker_run(tfa_worker *w)
 {
+    w->now = w->owed_for = tfa_worker_clock();
     atomic_store_explicit(&w->phase, WORKER_RUNNING, memory_order_release); /* A10 */
     while (!atomic_load_explicit(&w->stop, memory_order_acquire)) {         /* R11 */
         if (tfa_worker_cycle(w))
             w->idle = 0;
         else
             tfa_worker_wait(w);
+        tfa_worker_rest(w);
     }
     const uint64_t end = tfa_worker_clock() + DRAIN_NS;
     while (tfa_worker_cycle(w) && w->now < end)

@@ -87,6 +87,7 @@ typedef struct tfa_worker_options {
     uint32_t spin_ns; /**< hybrid: sleeps after this time without a request */
     uint32_t turn_ns; /**< time of one client's turn; 0: TFA_WORKER_TURN_US */
     uint32_t warm_ns; /**< a worker that spins solves a request again so often; 0: never */
+    uint32_t rest_ns; /**< rests so long for each ms that it runs; 0: never */
     tfa_wait wait;    /**< while no client asked for more: SPIN never sleeps, BLOCK at once */
     const tfa_worker_statistics *statistics; /**< copied; NULL: memory of the worker's own */
 } tfa_worker_options;
@@ -109,6 +110,9 @@ uint32_t tfa_worker_cycle(tfa_worker *worker);
 /** Sleeps until a client or tfa_worker_wake wakes it, at most timeout_ms (-1: for ever). Returns
  *  at once when a request is there. */
 void tfa_worker_sleep(tfa_worker *worker, int timeout_ms);
+
+/** After a cycle or a wait: rests if it owes a rest (tfa_worker_options.rest_ns). */
+void tfa_worker_rest(tfa_worker *worker);
 
 /** Cycles, waits as the options say, until tfa_worker_stop; then answers the requests in the rings,
  *  for a tenth of a second at most. */

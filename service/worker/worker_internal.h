@@ -103,6 +103,9 @@ struct tfa_worker {
     uint64_t beats, last_beat; /* cycles; `now` when clients were last shown a heartbeat */
     uint32_t idle;             /* cycles without work, since `idle_since` */
     uint64_t idle_since;
+    uint32_t rest_ns;  /* of each REST_EVERY_NS; 0: none */
+    uint64_t owed_ns;  /* of rest */
+    uint64_t owed_for; /* time until which it is counted */
     worker_warm_up warm_up;
     tfa_worker_client *ready[TFA_WORKER_CLIENTS_MAX]; /* of a cycle */
 
@@ -114,6 +117,8 @@ struct tfa_worker {
 
 /* CLOCK_MONOTONIC, ns. */
 uint64_t tfa_worker_clock(void);
+/* Sleeps for so long, whatever comes meanwhile. */
+void tfa_worker_nap(uint64_t ns);
 
 /* The lines that counting a request writes. */
 static inline void tfa_worker_prefetch_tally(const tfa_worker_client *client)

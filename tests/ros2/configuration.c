@@ -158,6 +158,24 @@ TEST(the_environment_becomes_settings)
     }
 }
 
+TEST(the_release_is_that_of_the_environment)
+{
+    static const struct {
+        const char *distro;
+        config_release release;
+        bool humble;
+    } rows[] = {
+        {NULL, CONFIG_RELEASE_ENVIRONMENT, false},    {"", CONFIG_RELEASE_ENVIRONMENT, false},
+        {"jazzy", CONFIG_RELEASE_ENVIRONMENT, false}, {"humble", CONFIG_RELEASE_ENVIRONMENT, true},
+        {"humble", CONFIG_RELEASE_IRON, false},       {NULL, CONFIG_RELEASE_HUMBLE, true}};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        const config_ros2 c = {.enabled = true, .release = rows[i].release};
+        set_variable("ROS_DISTRO", rows[i].distro);
+        assert_int_equal(tfa_ros2_is_humble(&c), rows[i].humble);
+    }
+    set_variable("ROS_DISTRO", NULL);
+}
+
 /* Jazzy still honours it, before the newer variable. */
 TEST(localhost_only_comes_first)
 {

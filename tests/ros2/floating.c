@@ -287,6 +287,50 @@ TEST(states_are_answered_as_the_library_does)
         assert_int_equal(dds_delete(readers[k]), DDS_RETCODE_OK);
 }
 
+/* What holds the dog still in this state */
+static void expect_torques(const motion *m)
+{
+    const tfa_request at_rest = {
+        .op = TFA_OP_BIAS, .count = 1, .q = m->q, .base_pose = m->pose, .base_twist = m->twist};
+    tfa_reply reply = {.gravity_force = torques};
+    assert_int_equal(tfa_compute(workspace, &at_rest, &reply), TFA_OK);
+}
+
+/* Publishes a state that no other is like. @return its answer has come: no earlier one is left */
+static bool is_settled(dds_entity_t reader, uint64_t seed)
+{
+    const motion m = motion_of(seed);
+    expect_torques(&m);
+    publish_odometry(&dog, &m, "");
+    publish_joints(&dog, &m);
+    for (int k = 0; k < 100; k++)
+        if (take_torques(reader))
+            return true;
+    return false;
+}
+
+/* An answer bears the stamp of a joint state, so there is one for each: the odometry that came
+ * meanwhile is used with the next. */
+TEST(odometry_alone_is_not_answered)
+{
+    const dds_entity_t reader =
+        ros2_peer_reader(node.participant, &sensor_msgs_msg_dds__JointState__desc,
+                         "rt/dog/totalforce/gravity_torques", PEER_DEFAULT);
+    static sensor_msgs_msg_dds__JointState_ got;
+    motion next = motion_of(91);
+    uint64_t seed = 50;
+    assert_true(WAIT_FOR(is_settled(reader, seed++)));
+    const uint64_t before = arm_received(&running, "dog", "/dog/odom");
+    publish_odometry(&dog, &next, "");
+    assert_true(WAIT_FOR(arm_received(&running, "dog", "/dog/odom") > before));
+    publish_joints(&dog, &next);
+    expect_torques(&next);
+    assert_true(WAIT_FOR(ros2_peer_take(reader, &got, 200)));
+    assert_int_equal(got.effort._length, LEGS);
+    assert_memory_equal(got.effort._buffer, torques + 6, LEGS * sizeof *torques);
+    assert_int_equal(dds_delete(reader), DDS_RETCODE_OK);
+}
+
 /* A quaternion that is none is the library's refusal. */
 TEST(what_the_library_refuses_is_told)
 {

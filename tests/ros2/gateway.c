@@ -316,6 +316,18 @@ TEST(states_that_are_refused_are_named)
         arm_await_diagnostic(&node, "joint_states", "joint 'joint_6': velocity is not finite") > 0);
 }
 
+/* It does not match, and the right one beside it goes on. */
+TEST(a_publisher_of_another_type_is_named)
+{
+    const dds_entity_t p = ros2_peer_open(arm_domain());
+    const dds_entity_t wrong =
+        ros2_peer_writer(p, &std_msgs_msg_dds__String__desc, "rt/arm/joint_states", PEER_DEFAULT);
+    assert_true(wrong > 0);
+    assert_true(arm_await_diagnostic(&node, "joint_states",
+                                     "a publisher has the type std_msgs::msg::dds_::String_") > 0);
+    assert_int_equal(dds_delete(p), DDS_RETCODE_OK);
+}
+
 /* Of a robot whose publishers leave a joint out: the joint is named while it is missing. */
 TEST(missing_joints_are_named)
 {

@@ -6,6 +6,7 @@
  */
 #include "dds/dds_test.h"
 
+#include "dds/herald.h"
 #include "models.h"
 #include "ros2_arm.h"
 
@@ -132,8 +133,8 @@ static void assert_one_answers(const dds_guid_t *leader, const harness *standby)
 /* A leader that is silent for its lease is replaced, rightly, and so is one that gets no processor.
  * The first daemon, whose end a test waits for, has a short lease; while it leads beside another
  * nothing is said about who answers. One that takes over has a long lease: it leads for good. */
-#define SHORT_LEASE 200
-#define LONG_LEASE 60000
+#define SHORT_LEASE 3000
+#define LONG_LEASE 15000 /* five times: more counts for nothing */
 
 static const char *settings_of(uint32_t domain, unsigned lease_ms)
 {
@@ -169,6 +170,7 @@ static dds_guid_t open_all(uint32_t domain)
     second = harness_make(arm_yaml(""), settings_of(domain, LONG_LEASE));
     ros2_peer_set_lease("600 s");
     harness_start(&first, "arm");
+    dds_herald(domain, "arm");
     assert_true(harness_logged(&first, "leads, epoch"));
     arm_node_open(&node);
     const dds_guid_t alone = find_leader();

@@ -11,6 +11,7 @@
 #include "models.h"
 #include "ros2_arm.h"
 
+#include <idl/ros2.h>
 #include <idl/ros2_service.h>
 #include <idl/unitree.h>
 #include <math.h>
@@ -275,6 +276,33 @@ TEST(nothing_is_written_to_the_robot)
     (void)dds_return_loan(reader, found, count);
 }
 
+/* As nodes of Humble read the graph: gids of 24 bytes, the last eight of a GUID zero. Samples of
+ * another length are not delivered. */
+TEST(the_graph_is_that_of_the_release)
+{
+    dds_topic_descriptor_t type = rmw_dds_common_msg_dds__HumbleParticipantEntitiesInfo__desc;
+    static rmw_dds_common_msg_dds__HumbleParticipantEntitiesInfo_ info;
+    void *sample = &info;
+    dds_sample_info_t about;
+    type.m_typename = rmw_dds_common_msg_dds__ParticipantEntitiesInfo__desc.m_typename;
+    const dds_entity_t reader =
+        ros2_peer_reader(node.participant, &type, "ros_discovery_info", PEER_TRANSIENT_LOCAL);
+    assert_true(WAIT_FOR(dds_take(reader, &sample, &about, 1, 1) == 1 && about.valid_data));
+    assert_int_equal(info.node_entities_info_seq._length, 4);
+    const rmw_dds_common_msg_dds__HumbleNodeEntitiesInfo_ *dog =
+        &info.node_entities_info_seq._buffer[0];
+    static const uint8_t zeros[8];
+    assert_string_equal(dog->node_namespace, "/dog");
+    assert_string_equal(dog->node_name, "totalforce");
+    assert_int_equal(dog->reader_gid_seq._length, 2); /* states, efforts */
+    for (uint32_t k = 0; k < dog->writer_gid_seq._length; k++) {
+        const uint8_t *gid = dog->writer_gid_seq._buffer[k].data;
+        assert_memory_equal(gid, info.gid.data, 12); /* the participant's prefix */
+        assert_memory_equal(gid + 16, zeros, sizeof zeros);
+    }
+    assert_int_equal(dds_delete(reader), DDS_RETCODE_OK);
+}
+
 #define ROBOT(name, type, age, more)                                                               \
     "  - name: " name "\n    urdf: @/config/robots/quadruped.urdf\n    base: floating\n"           \
     "    ros2:\n      enabled: yes\n      namespace: /" name "\n      joint_efforts: efforts\n"    \
@@ -314,7 +342,9 @@ static int serve(void **state)
     model = bundled_model("quadruped.urdf", &floating);
     workspace = workspace_for(model, NULL);
     snprintf(more, sizeof more,
-             "ros2: {enabled: yes, domain: %u, discovery_range: system_default}\n", test_domain());
+             "ros2: {enabled: yes, domain: %u, release: humble, discovery_range: "
+             "system_default}\n",
+             test_domain());
     running = harness_make(
         ROBOT("dog", "go", LONG_AGE, "        motors: [" MOTORS "]\n")
             ROBOT("man", "hg", LONG_AGE,

@@ -178,6 +178,32 @@ TEST(soft_limits)
     assert_int_equal(c.memlock, 4096);
 }
 
+/* Rests of a worker: for each ms a quarter more than what the kernel does not leave it. */
+TEST(rests_are_as_long_as_the_kernel_asks)
+{
+    static const struct {
+        uint32_t priority;
+        const char *runtime, *period;
+        uint32_t rest_ns;
+    } rows[] = {{80, "950000", "1000000", 65789}, {1, "500000\n", "1000000\n", 1250000},
+                {0, "950000", "1000000", 0},      {80, "-1", "1000000", 0},
+                {80, "1000000", "1000000", 0},    {80, "", "1000000", 0}};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        const config_realtime wanted = {.priority = rows[i].priority};
+        const file files[] = {{"/sched_rt_runtime_us", rows[i].runtime},
+                              {"/sched_rt_period_us", rows[i].period}};
+        char command[128];
+        strcpy(root, "/tmp/tfa-machine-XXXXXX");
+        assert_non_null(mkdtemp(root));
+        assert_int_equal(tfa_realtime_rest_ns(&wanted, root), 0); /* no such files */
+        write_file(&files[0]);
+        write_file(&files[1]);
+        assert_int_equal(tfa_realtime_rest_ns(&wanted, root), rows[i].rest_ns);
+        snprintf(command, sizeof command, "rm -rf %s", root);
+        assert_int_equal(system(command), 0);
+    }
+}
+
 TEST(idle_states_that_are_not_wanted)
 {
     static const file bare[] = {{CPU "/cpu0/cpuidle/state0/latency", "0\n"},

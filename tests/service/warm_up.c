@@ -23,6 +23,11 @@ uint64_t tfa_worker_clock(void)
     return now_ns;
 }
 
+void tfa_worker_nap(uint64_t ns)
+{
+    now_ns += ns;
+}
+
 /* qdd = q + tau, in so many ns a state. Every other request that leaves its estimates open gets
  * them. */
 typedef struct counting_solver {

@@ -27,6 +27,11 @@ uint64_t tfa_worker_clock(void)
     return atomic_fetch_add(&now, 1000);
 }
 
+void tfa_worker_nap(uint64_t ns)
+{
+    (void)ns;
+}
+
 /* qdd = q + tau, or a refusal when op is not forward dynamics. */
 static int add(void *self, tfa_request *request, tfa_reply *reply, uint32_t first, uint32_t count)
 {

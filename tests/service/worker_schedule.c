@@ -13,11 +13,18 @@
 #define CLIENTS 32
 
 /* The worker's clock. A solver is the only thing that takes time. */
-static uint64_t now_ns;
+static uint64_t now_ns, napped_ns, longest_nap_ns;
 
 uint64_t tfa_worker_clock(void)
 {
     return now_ns;
+}
+
+void tfa_worker_nap(uint64_t ns)
+{
+    now_ns += ns;
+    napped_ns += ns;
+    longest_nap_ns = ns > longest_nap_ns ? ns : longest_nap_ns;
 }
 
 /* qdd = q + tau, in so many ns a state. */
@@ -118,6 +125,36 @@ TEST(batches_are_cut_by_cost)
     for (uint32_t i = 0; i < 2 * STATES; i++)
         assert_true(qdd[i] == i);
     tfa_ring_release(&client.ring);
+}
+
+/* A worker that is never idle leaves the kernel its part of every second, in rests of less than the
+ * 50 ms after which the kernel would stop it; one without a rest takes all. */
+TEST(a_flood_does_not_end_in_throttling)
+{
+    for (uint32_t rest_ns = 0; rest_ns <= 66000; rest_ns += 66000) {
+        timed_solver s = {.state_ns = 70000};
+        const tfa_worker_robot robot = robot_of(&s);
+        const tfa_worker_options options = {.robots = &robot,
+                                            .robot_count = 1,
+                                            .turn_ns = TURN_NS,
+                                            .rest_ns = rest_ns,
+                                            .wait = TFA_WAIT_BLOCK};
+        SCOPED_WORKER *worker;
+        assert_int_equal(tfa_worker_create(&options, &worker), TFA_OK);
+        SCOPED_LOCAL_CLIENT client;
+        open_client(worker, STATES, &client);
+        for (int second = 0; second < 2; second++) {
+            const uint64_t start = now_ns, napped = napped_ns;
+            longest_nap_ns = 0;
+            while (now_ns - start < 1000000000) {
+                (void)keep_asking(&client, 1);
+                (void)tfa_worker_cycle(worker);
+                tfa_worker_rest(worker);
+            }
+            assert_int_equal(napped_ns - napped >= 50000000, rest_ns > 0);
+            assert_true(longest_nap_ns < 200000);
+        }
+    }
 }
 
 /* States that suddenly cost a hundred times as much are noticed at the next part. */

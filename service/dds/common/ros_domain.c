@@ -25,6 +25,14 @@ bool tfa_ros2_is_local_only(void)
     return text && strcmp(text, "1") == 0;
 }
 
+bool tfa_ros2_is_humble(const config_ros2 *from)
+{
+    const char *text = variable("ROS_DISTRO");
+    if (from->release != CONFIG_RELEASE_ENVIRONMENT)
+        return from->release == CONFIG_RELEASE_HUMBLE;
+    return text && strcmp(text, "humble") == 0;
+}
+
 static int find_domain(const config_ros2 *from, uint32_t *id, char *error, size_t size)
 {
     const char *text = variable("ROS_DOMAIN_ID");

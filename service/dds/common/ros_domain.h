@@ -33,6 +33,9 @@ TFA_CHECKED int tfa_ros2_domain(const config_ros2 *from, uint32_t *id, char **se
 /** ROS_LOCALHOST_ONLY=1: the range is LOCALHOST, unless the configuration has one. */
 bool tfa_ros2_is_local_only(void);
 
+/** The nodes are of Humble, whose graph messages differ: by the key, else by ROS_DISTRO. */
+bool tfa_ros2_is_humble(const config_ros2 *from);
+
 /** Domain of a robot's topics of ROS 2. @param common  that of section "ros2" or the environment */
 uint32_t tfa_ros2_domain_of(const config_robot *robot, uint32_t common);
 

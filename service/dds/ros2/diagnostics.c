@@ -136,7 +136,8 @@ static const char *policy_name(uint32_t id)
 
 /* ---- inputs ---- */
 
-/* A publisher of another type does not match, and no status of the reader tells. */
+/* A publisher of another type does not match, and no status of the reader tells; it may be there
+ * beside a right one. */
 static bool find_other_type(const struct ros2_report *r, const ros2_input *in, char *type,
                             size_t size)
 {
@@ -168,7 +169,7 @@ static uint32_t report_publishers(const tfa_ros2 *gateway, const writer *w, ros2
     if (qos.total_count_change || (qos.total_count && !matched.current_count))
         set_level(w, LEVEL_WARN, "a publisher offers a QoS that does not match: %s",
                   policy_name(qos.last_policy_id));
-    if (!matched.current_count && find_other_type(gateway->report, in, type, sizeof type))
+    if (find_other_type(gateway->report, in, type, sizeof type))
         set_level(w, LEVEL_WARN, "a publisher has the type %s; %s is expected", type,
                   ros2_input_type(in->kind)->m_typename);
     return matched.current_count;

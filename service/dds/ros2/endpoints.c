@@ -220,9 +220,12 @@ dds_entity_t ros2_make_diagnostics_writer(dds_entity_t participant)
     return make_writer(participant, &diagnostics, "rt", "/diagnostics", "");
 }
 
-dds_entity_t ros2_make_graph_writer(dds_entity_t participant)
+dds_entity_t ros2_make_graph_writer(dds_entity_t participant, bool humble)
 {
-    static const endpoint graph = {&rmw_dds_common_msg_dds__ParticipantEntitiesInfo__desc, true,
-                                   true, 1};
+    dds_topic_descriptor_t type = humble
+                                      ? rmw_dds_common_msg_dds__HumbleParticipantEntitiesInfo__desc
+                                      : rmw_dds_common_msg_dds__ParticipantEntitiesInfo__desc;
+    const endpoint graph = {&type, true, true, 1};
+    type.m_typename = rmw_dds_common_msg_dds__ParticipantEntitiesInfo__desc.m_typename;
     return make_writer(participant, &graph, "", "ros_discovery_info", "");
 }

@@ -186,7 +186,7 @@ static int make_entities(tfa_ros2 *gateway)
     gateway->waitset = dds_create_waitset(gateway->member.participant);
     gateway->stop = dds_create_guardcondition(gateway->member.participant);
     gateway->diagnostics_writer = ros2_make_diagnostics_writer(gateway->member.participant);
-    gateway->graph_writer = ros2_make_graph_writer(gateway->member.participant);
+    gateway->graph_writer = ros2_make_graph_writer(gateway->member.participant, gateway->humble);
     gateway->publications = dds_create_reader(gateway->member.participant,
                                               DDS_BUILTIN_TOPIC_DCPSPUBLICATION, NULL, NULL);
     if (tfa_dds_failed(gateway->waitset, "waitset") ||
@@ -209,6 +209,7 @@ int tfa_ros2_create(const tfa_ros2_options *options, tfa_ros2 **result)
     if (!gateway)
         return TFA_E_MEMORY;
     gateway->id = options->domain;
+    gateway->humble = tfa_ros2_is_humble(&options->context->settings->ros2);
     gateway->context = *options->context;
     int status = make_robots(gateway, options);
     if (status == TFA_OK)

@@ -204,6 +204,9 @@ static void read_odometry(ros2_input *in, const void *sample, int64_t now)
     memcpy(base->pose, pose, sizeof pose);
     memcpy(base->twist, twist, sizeof twist);
     base->received = now;
+    if (in->robot->arrays->joints > 0)
+        return; /* answers bear the stamp of joint states: one for each */
+    in->robot->state_header = header_of(&m->header);
     in->robot->state_is_new = true;
 }
 

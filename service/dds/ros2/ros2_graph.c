@@ -44,6 +44,51 @@ static bool describe_node(const tfa_ros2 *gateway, const ros2_robot *robot, node
            append_gid(gateway->diagnostics_writer, gids->writers, &info->writer_gid_seq._length);
 }
 
+/* ---- Humble: 24 bytes of a gid, of which a GUID has 16 ---- */
+
+typedef struct humble_node {
+    rmw_dds_common_msg_dds__HumbleGid_ readers[ROS2_INPUTS_MAX], writers[ROS2_OUTPUT_KINDS + 2];
+} humble_node;
+
+static void widen_gids(rmw_dds_common_msg_dds__HumbleGid_ *to,
+                       const rmw_dds_common_msg_dds__Gid_ *from, uint32_t count)
+{
+    for (uint32_t k = 0; k < count; k++)
+        memcpy(to[k].data, from[k].data, sizeof from[k].data);
+}
+
+static void widen_node(const rmw_dds_common_msg_dds__NodeEntitiesInfo_ *from, humble_node *gids,
+                       rmw_dds_common_msg_dds__HumbleNodeEntitiesInfo_ *to)
+{
+    memcpy(to->node_namespace, from->node_namespace, sizeof to->node_namespace);
+    memcpy(to->node_name, from->node_name, sizeof to->node_name);
+    to->reader_gid_seq._buffer = gids->readers;
+    to->reader_gid_seq._length = from->reader_gid_seq._length;
+    to->writer_gid_seq._buffer = gids->writers;
+    to->writer_gid_seq._length = from->writer_gid_seq._length;
+    widen_gids(gids->readers, from->reader_gid_seq._buffer, from->reader_gid_seq._length);
+    widen_gids(gids->writers, from->writer_gid_seq._buffer, from->writer_gid_seq._length);
+}
+
+static dds_return_t write_humble(dds_entity_t writer,
+                                 const rmw_dds_common_msg_dds__ParticipantEntitiesInfo_ *message)
+{
+    const uint32_t count = message->node_entities_info_seq._length;
+    rmw_dds_common_msg_dds__HumbleNodeEntitiesInfo_ *info = calloc(count, sizeof *info);
+    humble_node *gids = calloc(count, sizeof *gids);
+    rmw_dds_common_msg_dds__HumbleParticipantEntitiesInfo_ humble = {
+        .node_entities_info_seq = {count, count, info, false}};
+    dds_return_t code = info && gids ? DDS_RETCODE_OK : DDS_RETCODE_OUT_OF_RESOURCES;
+    memcpy(humble.gid.data, message->gid.data, sizeof message->gid.data);
+    for (uint32_t i = 0; code == DDS_RETCODE_OK && i < count; i++)
+        widen_node(&message->node_entities_info_seq._buffer[i], &gids[i], &info[i]);
+    if (code == DDS_RETCODE_OK)
+        code = dds_write(writer, &humble);
+    free(gids);
+    free(info);
+    return code;
+}
+
 int ros2_publish_graph(const tfa_ros2 *gateway)
 {
     const uint32_t count = gateway->robot_count;
@@ -60,8 +105,9 @@ int ros2_publish_graph(const tfa_ros2 *gateway)
         status = TFA_E_SYSTEM;
     if (status == TFA_OK) {
         memcpy(message.gid.data, guid.v, sizeof guid.v);
-        if (dds_write(gateway->graph_writer, &message) != DDS_RETCODE_OK)
-            status = TFA_E_SYSTEM;
+        const dds_return_t code = gateway->humble ? write_humble(gateway->graph_writer, &message)
+                                                  : dds_write(gateway->graph_writer, &message);
+        status = code == DDS_RETCODE_OK ? TFA_OK : TFA_E_SYSTEM;
     }
     free(gids);
     free(info);

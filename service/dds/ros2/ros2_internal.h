@@ -177,6 +177,7 @@ struct tfa_ros2 {
     ros2_robot *robots;
     uint32_t robot_count;
     uint32_t id;             /* of the domain */
+    bool humble;             /* release of its nodes */
     gateway_context context; /* without its settings */
     dds_member member;
     dds_entity_t waitset, stop;
@@ -224,7 +225,7 @@ dds_entity_t ros2_make_writer(dds_entity_t participant, ros2_output_kind kind, c
 /* Writer of a service's replies. */
 dds_entity_t ros2_make_reply_writer(dds_entity_t participant, const char *name);
 dds_entity_t ros2_make_diagnostics_writer(dds_entity_t participant);
-dds_entity_t ros2_make_graph_writer(dds_entity_t participant);
+dds_entity_t ros2_make_graph_writer(dds_entity_t participant, bool humble);
 /* Messages of a robot with so many joints may have so many names. */
 uint32_t ros2_name_limit(uint32_t joints);
 /* Type of the input's messages. */

@@ -1,0 +1,179 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Time of one state of each kind of request beside the bound by which the daemon admits a kind that
+ * it has not measured (service/worker/cost.h). Least of five calls, each at another q; generic
+ * kernels.
+ *
+ *   bench_state_costs [--all] URDF|chainN fixed|floating ...
+ *
+ * Prints for each op and method the least and the largest bound over time; --all: every kind, as
+ * robot,op,method,tips,flags,estimate,refine,rows,ns,bound
+ */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <totalforce/totalforce.h>
+
+#include "bench.h"
+#include "ipc/wire.h"
+#include "ipc/wire_reply.h"
+#include "timing.h"
+#include "worker/cost.h"
+
+#define CALLS 5
+#define NUMBERS 65536 /* of an array of inputs */
+#define METHODS 32
+#define CHAIN "/tmp/tfa-state-costs.urdf"
+
+static const char *const op_names[TFA_OP_LAST + 1] = {
+#define OP_NAME(op, word) [op] = word,
+    TFA_OP_WORDS(OP_NAME)
+#undef OP_NAME
+};
+
+static const uint32_t flag_sets[] = {
+    0,
+    TFA_WANT_SPECTRUM,
+    TFA_WANT_LAMBDA,
+    TFA_WANT_MU | TFA_WANT_P,
+    TFA_WANT_JACOBIAN | TFA_WANT_BIAS_ACCELERATION | TFA_WANT_POSES | TFA_WANT_TWISTS,
+    TFA_WANT_FRAME_POSES,
+    TFA_WANT_COM | TFA_WANT_MOMENTUM | TFA_WANT_ENERGY,
+    TFA_WANT_JOINT_FORCES,
+    TFA_WANT_ALL & ~TFA_WANT_JOINT_FORCES,
+};
+static const uint32_t tip_counts[] = {0, 1, 2, 4, 8, 32};
+
+typedef struct subject {
+    const char *name;
+    tfa_model *model;
+    tfa_workspace *workspace;
+    tfa_wire_shape shape;
+    void *memory; /* of replies */
+} subject;
+
+static struct {
+    double least, largest;
+    unsigned kinds;
+} found[TFA_OP_LAST + 1][METHODS];
+
+static double inputs[2][NUMBERS], pose[7] = {[6] = 1};
+static bool all;
+
+/* ns; -1: the request is refused */
+static double measure(const subject *s, tfa_request *r)
+{
+    double least = -1;
+    tfa_reply reply = {0};
+    const tfa_wire_reply_shape shape = tfa_wire_reply_shape_of(&s->shape, r);
+    if (tfa_wire_check_reply_shape(&s->shape, &shape, &reply.field) != TFA_OK)
+        return -1;
+    tfa_wire_reply_buffers(&s->shape, &shape, s->memory, &reply);
+    for (int k = 0; k < CALLS; k++) {
+        r->q = inputs[k % 2];
+        const double start = cpu_ns();
+        const int status = tfa_compute(s->workspace, r, &reply);
+        const double ns = cpu_ns() - start;
+        if (status != TFA_OK && status != TFA_E_NOT_COMPUTED)
+            return -1;
+        least = least < 0 || ns < least ? ns : least;
+    }
+    return least;
+}
+
+static void measure_kind(const subject *s, tfa_request *r)
+{
+    const double ns = measure(s, r);
+    if (ns < 0)
+        return;
+    const double bound = (double)tfa_cost_bound(&s->shape, r), ratio = bound / ns;
+    if (all)
+        printf("%s,%s,%s,%u,0x%x,%d,%d,%d,%.0f,%.0f\n", s->name, op_names[r->op],
+               tfa_method_name(r->method), r->tip_count, r->flags, (int)r->estimate, (int)r->refine,
+               (int)r->rows, ns, bound);
+    const int op = (int)r->op, method = (int)r->method;
+    if (found[op][method].kinds++ == 0)
+        found[op][method].least = found[op][method].largest = ratio;
+    found[op][method].least = ratio < found[op][method].least ? ratio : found[op][method].least;
+    found[op][method].largest =
+        ratio > found[op][method].largest ? ratio : found[op][method].largest;
+}
+
+static void measure_op(const subject *s, tfa_op op, int method)
+{
+    for (size_t f = 0; f < sizeof flag_sets / sizeof *flag_sets; f++)
+        for (size_t t = 0; t < sizeof tip_counts / sizeof *tip_counts; t++)
+            for (int more = 0; more < 4; more++) {
+                tfa_request r = {.op = op,
+                                 .method = (tfa_method)method,
+                                 .count = 1,
+                                 .refine = more & 1 ? 3 : TFA_REFINE_DEFAULT,
+                                 .estimate = more & 2 ? TFA_ESTIMATE_ALWAYS : TFA_ESTIMATE_NEVER,
+                                 .flags = flag_sets[f],
+                                 .tip_count = tip_counts[t],
+                                 .v = inputs[0] + 1,
+                                 .tau = inputs[0] + 2,
+                                 .qdd = inputs[0] + 3,
+                                 .task_acceleration = inputs[0] + 4};
+                if (s->shape.base_freedoms) {
+                    r.base_pose = pose;
+                    r.base_twist = inputs[0];
+                    r.base_wrench = inputs[0];
+                    r.base_acceleration = inputs[0];
+                }
+                for (uint32_t k = 0; k < r.tip_count; k++)
+                    r.tips[k] = s->shape.frames - 1 - k % s->shape.frames;
+                measure_kind(s, &r);
+            }
+}
+
+static void open_subject(const char *file, const char *base, subject *s)
+{
+    const tfa_model_options options = {.base = strcmp(base, "floating") == 0 ? TFA_BASE_FLOATING
+                                                                             : TFA_BASE_FIXED};
+    const tfa_workspace_options workspace = {.methods = TFA_METHODS_ALL, .max_tips = TFA_MAX_TIPS};
+    s->name = file;
+    int links = 0, status;
+    if (sscanf(file, "chain%d", &links) == 1 && chain_urdf(CHAIN, links, 1) != 0)
+        exit(1);
+    status = tfa_model_load(links ? CHAIN : file, &options, NULL, &s->model);
+    (void)remove(CHAIN);
+    if (status != TFA_OK || tfa_workspace_create(s->model, &workspace, &s->workspace) != TFA_OK) {
+        fprintf(stderr, "%s: cannot be loaded\n", file);
+        exit(1);
+    }
+    s->shape = (tfa_wire_shape){.q_count = tfa_model_q_count(s->model),
+                                .v_count = tfa_model_v_count(s->model),
+                                .base_freedoms = tfa_model_base_freedoms(s->model),
+                                .frames = tfa_model_frame_count(s->model),
+                                .modes = tfa_model_mode_count(s->model),
+                                .max_batch = 1,
+                                .max_tips = TFA_MAX_TIPS};
+    s->memory = calloc(1, tfa_wire_reply_capacity(&s->shape));
+}
+
+int main(int argc, char **argv)
+{
+    for (int k = 0; k < NUMBERS; k++)
+        for (int i = 0; i < 2; i++)
+            inputs[i][k] = 2.0 * rand() / RAND_MAX - 1;
+    all = argc > 1 && strcmp(argv[1], "--all") == 0;
+    for (int a = 1 + all; a + 1 < argc; a += 2) {
+        subject s;
+        open_subject(argv[a], argv[a + 1], &s);
+        for (int op = 1; op <= TFA_OP_LAST; op++)
+            for (int method = 0; method < METHODS; method++)
+                measure_op(&s, (tfa_op)op, method);
+        tfa_workspace_free(s.workspace);
+        tfa_model_free(s.model);
+        free(s.memory);
+    }
+    for (int op = 1; op <= TFA_OP_LAST && !all; op++)
+        for (int method = 0; method < METHODS; method++)
+            if (found[op][method].kinds)
+                printf("%-28s %-14s %5u kinds, bound over time %.2f to %.2f\n", op_names[op],
+                       tfa_method_name((uint32_t)method), found[op][method].kinds,
+                       found[op][method].least, found[op][method].largest);
+    return 0;
+}

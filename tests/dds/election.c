@@ -142,6 +142,29 @@ TEST(epochs_survive_a_restart)
     }
 }
 
+/* Two daemons are stopped in turn, each before it hears that the other leads: clients have seen the
+ * epochs of both. */
+TEST(epochs_grow_over_leaders_that_were_not_seen)
+{
+    const int64_t second = 1000000000;
+    const tfa_advertisement one = {.daemon = {1}, .lease = second, .epoch = 1000000},
+                            two = {.daemon = {2}, .lease = second, .epoch = 1005000};
+    tfa_election a, b;
+    tfa_election_begin(&a, &one, 0);
+    (void)tfa_election_tick(&a, true, second);
+    assert_int_equal(a.self.role, TFA_ROLE_LEADING);
+    tfa_election_begin(&b, &two, 5 * second);
+    (void)tfa_election_hear(&b, &a.self, 5 * second);
+    (void)tfa_election_hear(&a, &b.self, 5 * second);
+    for (int64_t now = 5 * second; now <= 7 * second; now += second / 10)
+        (void)tfa_election_tick(&b, true, now);
+    assert_int_equal(b.self.role, TFA_ROLE_LEADING);
+    for (int64_t now = 20 * second; now <= 22 * second; now += second / 10)
+        (void)tfa_election_tick(&a, true, now);
+    assert_int_equal(a.self.role, TFA_ROLE_LEADING);
+    assert_true(a.self.epoch > b.self.epoch);
+}
+
 TEST(another_model_does_not_follow)
 {
     const sim_variant v = {.nodes = 2, .priority = {2, 1}};

@@ -6,9 +6,9 @@
  *
  *   test_soak [SECONDS]    20
  *
- * Fails on a wrong answer, on a request that is neither answered nor reported with a status, on one
- * over DDS that times out while the daemon is there, and on memory or descriptors of the daemon
- * that grow. Prints the counts.
+ * Fails, and says which: wrong, an answer or a status; too slow, no answer in WAIT_NS, to one over
+ * DDS while the daemon is there; leak, memory or descriptors of the daemon that grow, or a report
+ * of a sanitizer. Prints the counts.
  */
 #include "attacks.h"
 #include "dds_attacks.h"
@@ -132,9 +132,9 @@ static bool take_reply(tfa_client *client, uint32_t state, uint64_t id)
     else if (status == TFA_E_LOST && exchange.id == id)
         atomic_fetch_add(&shm.lost, 1);
     else if (!atomic_load(&stop))
-        report(status == TFA_OK          ? "shared memory: a wrong answer"
-               : status == TFA_E_TIMEOUT ? "shared memory: a request without an answer"
-                                         : "shared memory: a request ended with another status");
+        report(status == TFA_OK          ? "wrong: shared memory: an answer"
+               : status == TFA_E_TIMEOUT ? "too slow: shared memory: a request without an answer"
+                                         : "wrong: shared memory: the status of a request");
     return !atomic_load(&stop);
 }
 
@@ -147,7 +147,7 @@ static void *ask_shm(void *unused)
     (void)unused;
     options.slots = SLOTS;
     if (tfa_client_connect(&options, &client) != TFA_OK) {
-        report("shared memory: no connection");
+        report("too slow: shared memory: no connection");
         return NULL;
     }
     while (!atomic_load_explicit(&stop, memory_order_relaxed)) {
@@ -178,13 +178,13 @@ static void count_dds(int status, bool right, bool was_away)
     if (status == TFA_OK && right)
         atomic_fetch_add(&dds.answered, 1);
     else if (status == TFA_OK)
-        report("dds: a wrong answer");
+        report("wrong: dds: an answer");
     else if (status == TFA_E_TIMEOUT)
         atomic_fetch_add(&dds.timed_out, 1);
     else
         atomic_fetch_add(&dds.ended, 1);
     if (status == TFA_E_TIMEOUT && !was_away && !atomic_load(&stop))
-        report("dds: a request without an answer");
+        report("too slow: dds: a request without an answer");
 }
 
 static void *ask_dds(void *unused)
@@ -194,7 +194,7 @@ static void *ask_dds(void *unused)
     tfa_dds_client *client;
     (void)unused;
     if (tfa_dds_client_connect(&options, &client) != TFA_OK) {
-        report("dds: no connection");
+        report("too slow: dds: no connection");
         return NULL;
     }
     for (uint32_t k = 0; !atomic_load(&stop); k++) {
@@ -239,9 +239,9 @@ static void await_answers(void)
     const uint64_t by_dds = atomic_load(&dds.answered) + 1;
     const uint64_t by_shm = atomic_load(&shm.answered) + WARM_ANSWERS;
     if (!WAIT_FOR(atomic_load(&stop) || atomic_load(&dds.answered) >= by_dds))
-        report("dds: the daemon that is back does not answer");
+        report("too slow: dds: the daemon that is back does not answer");
     if (!WAIT_FOR(atomic_load(&stop) || atomic_load(&shm.answered) >= by_shm))
-        report("shared memory: the daemon that is back does not answer");
+        report("too slow: shared memory: the daemon that is back does not answer");
 }
 
 static void begin_life(life *l)
@@ -270,12 +270,12 @@ static void end_life(life *l)
                   (double)(now_ns() - l->start) * 1e-9, kib, descriptors);
 #ifndef SANITIZED /* sanitizers keep memory that was freed */
     if (kib > GROWTH_KIB)
-        report("the daemon's memory grows");
+        report("leak: the daemon's memory grows");
 #endif
     if (harness_log_lines(&daemon_harness, "Sanitizer") > 0)
-        report("a sanitizer found something in the daemon");
+        report("leak: a sanitizer found something in the daemon");
     if (descriptors > DESCRIPTORS)
-        report("the daemon's descriptors grow");
+        report("leak: the daemon's descriptors grow");
     atomic_fetch_add(&absences, 1);
     (void)harness_stop(&daemon_harness, SIGKILL);
 }

@@ -493,11 +493,12 @@ static void assert_counted(const harness *h)
 
 TEST(library_ring_and_dds_agree)
 {
-    static const char robots[] = "  - name: dog\n    urdf: @" DOG "\n"
-                                 "    base: floating\n    max_batch: 3\n"
-                                 "  - name: gimbal\n    urdf: @" GIMBAL "\n    max_batch: 3\n"
-                                 "  - name: arm\n    urdf: @" ARM7 "\n    max_batch: 3\n"
-                                 "    scenes: [{name: flexible, modes: [@" MODES "]}]\n";
+    static const char robots[] =
+        "  - name: dog\n    urdf: @" DOG "\n"
+        "    base: floating\n    max_batch: 3\n    max_tips: 32\n"
+        "  - name: gimbal\n    urdf: @" GIMBAL "\n    max_batch: 3\n    max_tips: 32\n"
+        "  - name: arm\n    urdf: @" ARM7 "\n    max_batch: 3\n    max_tips: 32\n"
+        "    scenes: [{name: flexible, modes: [@" MODES "]}]\n";
     fill_numbers();
     SCOPED_HARNESS h = harness_make(robots, dds_yaml(test_domain(), TEST_LEASE_MS));
     harness_start(&h, "dog");

@@ -93,6 +93,47 @@ TEST(keeps_order_over_many_laps)
     free(p.memory);
 }
 
+/* As after so many requests: every slot has the number of the lap before. */
+static void begin_at(pair *p, uint64_t start)
+{
+    for (uint64_t i = start - p->client.layout.slots; i < start; i++) {
+        p->client.sent = p->client.received = p->server.next = i;
+        (void)tfa_ring_send(&p->client);
+        (void)tfa_ring_publish(&p->server);
+        tfa_ring_release(&p->client);
+    }
+}
+
+/* Numbers of requests pass 2^32, where the word that a client sleeps on begins at 0 again: it
+ * differs from the one before, and a reply is ready when it has come, not earlier. */
+TEST(numbers_pass_2_32)
+{
+    static const uint64_t starts[] = {(UINT64_C(1) << 32) - 3, (UINT64_C(1) << 33) - 1,
+                                      (UINT64_C(1) << 63) - 2};
+    for (size_t k = 0; k < sizeof starts / sizeof *starts; k++)
+        for (uint32_t slots = 1; slots <= 4; slots *= 2) {
+            pair p = make_pair(slots, false);
+            begin_at(&p, starts[k]);
+            for (uint64_t i = 0; i < 12; i++) {
+                const uint32_t *word = tfa_ring_futex_word(tfa_ring_oldest_reply(&p.client));
+                const uint32_t before = *word;
+                assert_int_equal(tfa_ring_poll(&p.server), TFA_RING_EMPTY);
+                send_number(&p, i);
+                assert_int_equal(tfa_ring_poll_last(&p.server), TFA_RING_READY);
+                assert_false(tfa_ring_reply_ready(&p.client));
+                assert_true(tfa_ring_client_prepare_wait(&p.client, p.client.received) <=
+                            p.client.received);
+                answer_next(&p);
+                assert_true(*word != before);
+                assert_true(tfa_ring_client_prepare_wait(&p.client, p.client.received) >
+                            p.client.received);
+                assert_true(tfa_ring_reply_ready(&p.client));
+                assert_int_equal(receive_number(&p), i + 1);
+            }
+            free(p.memory);
+        }
+}
+
 TEST(full_means_outstanding)
 {
     pair p = make_pair(2, true);

@@ -274,7 +274,7 @@ TEST(tips_are_limited)
     tfa_client_close(client);
     harness_remove(&h);
     /* 0.7 MiB a connection, and the daemon may not have noticed yet that the last one is closed */
-    h = harness_serve(ARM, "limits: {memory_mib_per_user: 2}\n");
+    h = harness_serve(ARM "    max_tips: 32\n", "limits: {memory_mib_per_user: 2}\n");
     options = harness_options(&h, "arm");
     /* one still leaves */
     assert_true(WAIT_FOR((sleep_ms(5), tfa_client_connect(&options, &client) == TFA_OK)));

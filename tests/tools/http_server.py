@@ -79,9 +79,13 @@ def check_hosts(daemon):
                  f"[::1]:{port}"):
         check(daemon.get("/motion", host=host)[0] == 200, host)
     for host in ("evil.example", f"evil.example:{port}", "localhost.evil.example", "192.0.2.1",
-                 "localhost:x", "[::1", "", "127.0.0.1.evil.example", "a" * 300):
+                 "localhost:x", "[::1", "", "127.0.0.1.evil.example", "a" * 300, "localhost\0",
+                 "localhost\0.evil.example", "127.0.0.1\0"):
         code, _, body = daemon.get("/motion", host=host)
         check(code in (400, 421) and "positions" not in body, host, code)
+    for name in ("evil.example", "localhost"):
+        code, _, body = daemon.get("/motion", host="localhost", headers=f"Host: {name}\r\n")
+        check(code in (400, 421) and "positions" not in body, "two hosts", name, code)
     code, _, body = daemon.get("/motion", host=None)
     check(code in (400, 421) and "positions" not in body, "no host", code)
 
@@ -109,7 +113,8 @@ def check_headers(daemon):
             check(nonce and body.count(f'nonce="{nonce[1]}"') == 2 and "@" + "NONCE" not in body, "nonce")
     first, second = daemon.get("/")[2], daemon.get("/")[2]
     check(first != second, "the nonce is the same twice")
-    for path in ("/absent", "/..", "/state/", "/state?robot=nobody", "/etc/passwd", "//"):
+    for path in ("/absent", "/..", "/state/", "/state?robot=nobody", "/etc/passwd", "//", "/metrics%00",
+                 "/state%00", "/state?robot=arm%00", "/state?robot=%00"):
         check(daemon.get(path)[0] == 404, path)
 
 

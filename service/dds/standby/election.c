@@ -7,6 +7,7 @@
 
 #include <string.h>
 
+#define NS_PER_MS 1000000
 #define LEASE_MAX INT64_C(3600000000000) /* 1 h: a longer one is a mistake or a lie */
 
 /* ---- order ---- */
@@ -112,12 +113,15 @@ const tfa_election_peer *tfa_election_leader(const tfa_election *e)
 
 /* ---- roles ---- */
 
-static void lead(tfa_election *e)
+/* Another daemon may have led, and be gone, unseen: its epoch was of an earlier time. */
+static void lead(tfa_election *e, int64_t now)
 {
+    const uint64_t least = e->first_epoch + (uint64_t)((now - e->begun) / NS_PER_MS);
+
     e->self.role = TFA_ROLE_LEADING;
     e->self.epoch++;
-    if (e->self.epoch < e->first_epoch)
-        e->self.epoch = e->first_epoch;
+    if (e->self.epoch < least)
+        e->self.epoch = least;
     e->model_known = e->superseded = false; /* its own is the leader's now */
 }
 
@@ -176,7 +180,7 @@ static bool decide(tfa_election *e, int64_t now)
         memcpy(e->model, leader->said.model, sizeof e->model);
         follow(e);
     } else if (role != TFA_ROLE_LEADING && may_take_over(e, now)) {
-        lead(e);
+        lead(e, now);
     } else if (role == TFA_ROLE_STANDBY || role == TFA_ROLE_UNLIKE) {
         follow(e);
     }
@@ -206,8 +210,12 @@ static void note_longest(int64_t *longest, int64_t time)
 
 void tfa_election_begin(tfa_election *e, const tfa_advertisement *self, int64_t now)
 {
-    *e = (tfa_election){
-        .self = *self, .first_epoch = self->epoch, .advertised = now, .ran = now, .progress = true};
+    *e = (tfa_election){.self = *self,
+                        .first_epoch = self->epoch,
+                        .begun = now,
+                        .advertised = now,
+                        .ran = now,
+                        .progress = true};
     e->self.epoch = 0;
     memset(e->self.leader, 0, sizeof e->self.leader);
     listen(e, now);

@@ -12,8 +12,8 @@
  *  - Of two leaders (after a partition) the higher epoch stays; equal: the higher priority, then
  *    the smaller GUID, and it counts its epoch up. The other becomes a standby at once.
  *  - A leader whose standby knows of a higher epoch takes a higher one.
- *  - The first leader takes the epoch that it was given at its begin: milliseconds of ROS time, so
- *    that epochs grow although all daemons were restarted.
+ *  - A leader takes no lower epoch than milliseconds of ROS time, as it was given at its begin and
+ *    has passed since: epochs grow although all daemons were restarted, or led unseen.
  *  - A leader that could not advertise for a lease (stopped, or its worker made no progress) does
  *    not answer: others may lead by now. It begins as a daemon that starts. One without
  *    peers goes on: if another came meanwhile, both lead until they discover each other.
@@ -71,7 +71,8 @@ typedef struct tfa_election_peer {
 
 typedef struct tfa_election {
     tfa_advertisement self;
-    uint64_t first_epoch; /* it leads with no lower one */
+    uint64_t first_epoch; /* it leads with no lower one, and one more for each ms since */
+    int64_t begun;
     int64_t listening_since;
     int64_t advertised;      /* last time */
     int64_t ran;             /* last time: of any call */

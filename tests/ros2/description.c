@@ -330,8 +330,7 @@ TEST(a_description_with_other_joints_changes_them)
     assert_other_joints(&o, "snake64.urdf");
     assert_int_equal(ask_arm(client, 0.1, qdd, WAIT_NS), TFA_E_DISCONNECTED);
     tfa_client_close(client);
-    assert_other_joints(&o, "arm6.urdf");
-    assert_other_joints(&o, "arm7.urdf");
+    assert_other_joints(&o, "arm6.urdf"); /* after a rest */
 }
 
 /* robot_state_publisher may have started first. */

@@ -64,7 +64,7 @@ static bool is_quadratic(const tfa_request *r)
            r->method != TFA_METHOD_AUTO;
 }
 
-/* Powers by the algorithms, factors by docs/tuning.md: above all that was measured. */
+/* Powers by the algorithms, factors by docs/tuning.md, which says for which kinds it is too low. */
 uint64_t tfa_cost_bound(const tfa_wire_shape *shape, const tfa_request *r)
 {
     const uint64_t n = tfa_wire_freedoms(shape) + shape->modes;

@@ -26,11 +26,13 @@ ros2:
 robots:
   - name: arm
     urdf: $data/arm.urdf
+    max_tips: 32
     ros2: {enabled: true, namespace: /arm, joint_efforts: joint_efforts,
            state_age_ms: 3600000, command_age_ms: 3600000}
   - name: floater
     urdf: $data/arm.urdf
     base: floating
+    max_tips: 32
   - name: cart
     urdf: $data/cart.urdf
   - name: hand

@@ -168,11 +168,11 @@ static void describe_leader(const tfa_dds *gateway, dds_robot *robot)
     pthread_mutex_lock(&robot->mutex);
     memcpy(robot->described, leader, sizeof leader);
     memcpy(robot->origin, origin, sizeof origin);
-    pthread_mutex_unlock(&robot->mutex);
     write_guid(leader, guid);
-    if (follows)
+    if (follows) /* one after the other with what a listener says of the robot */
         tfa_log(TFA_LOG_INFO, "dds: robot '%s': follows the participant %s: %s", robot->name, guid,
                 origin);
+    pthread_mutex_unlock(&robot->mutex);
 }
 
 /* Advertisements are few and small, and late ones cost a takeover. Where that is not permitted the

@@ -63,8 +63,8 @@ static struct {
     _Atomic uint32_t level;
     bool journal;
     int out;           /* standard error, or a descriptor of our own that never blocks */
-    /* The stream is not read. The log thread's; before it runs, of any thread that writes: relaxed
-     * in effect, as a stale value costs a wait or a line. */
+    /* The stream is not read: the log thread's, before it runs that of any thread that writes. It
+     * orders nothing; a stale value costs a wait or a line. */
     _Atomic bool stalled;
     uint64_t deadline; /* the log thread's: from then on lines are dropped; 0: none */
 } log_state = {.level = TFA_LOG_INFO, .out = STDERR_FILENO};

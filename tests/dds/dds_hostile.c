@@ -286,17 +286,6 @@ TEST(forged_replies_are_dropped)
     pthread_join(thread, NULL);
 }
 
-/* The arm's description has come and was, or was not, withdrawn. */
-static bool is_described(dds_entity_t reader, totalforce_dds_RobotInfo *arm, bool withdrawn)
-{
-    dds_sample_info_t info;
-    while (dds_take(reader, (void *[]){arm}, &info, 1, 1) == 1)
-        if (strcmp(arm->robot, "arm") == 0 &&
-            withdrawn == (info.instance_state != DDS_ALIVE_INSTANCE_STATE))
-            return true;
-    return false;
-}
-
 /* Claims to lead, each in the name of a daemon that does not exist: nobody yields, they do not make
  * the daemon grow, and it still hears a daemon that speaks for itself. */
 TEST(forged_advertisements_are_dropped)
@@ -335,10 +324,10 @@ TEST(forged_advertisements_are_dropped)
 #endif
     assert_int_equal(dds_get_guid(r.participant, &guid), DDS_RETCODE_OK);
     memcpy(claim.daemon, guid.v, sizeof claim.daemon);
-    assert_true(WAIT_FOR(is_described(reader, &arm, false)));
+    assert_true(WAIT_FOR(raw_dds_take_info(reader, &arm, false)));
     memcpy(claim.model_hash, arm.model_hash, sizeof claim.model_hash);
     assert_int_equal(dds_write(writer, &claim), DDS_RETCODE_OK);
-    assert_true(WAIT_FOR(is_described(reader, &arm, true))); /* it stands by */
+    assert_true(WAIT_FOR(raw_dds_take_info(reader, &arm, true))); /* it stands by */
     raw_dds_ask_in_vain(&r, &s);
     assert_int_equal(dds_dispose(writer, &claim), DDS_RETCODE_OK);
     raw_dds_await(&r, "arm", TFA_OK); /* it leads again */

@@ -135,21 +135,11 @@ TEST(a_leader_that_cannot_answer_resigns)
     assert_int_equal(raw_dds_ask(&r, &s)->status, TFA_OK);
 }
 
-/* The arm's description was withdrawn: the daemon does not lead. */
-static bool is_withdrawn(dds_entity_t reader)
-{
-    static totalforce_dds_RobotInfo info;
-    dds_sample_info_t about;
-    while (dds_take(reader, (void *[]){&info}, &about, 1, 1) == 1)
-        if (strcmp(info.robot, "arm") == 0 && about.instance_state != DDS_ALIVE_INSTANCE_STATE)
-            return true;
-    return false;
-}
-
 /* A stranger with another model claims the lead for an hour and is gone without a word: the daemon
  * yields, leads again when Cyclone has noticed, and answers. */
 TEST(a_leader_that_vanishes_is_forgotten)
 {
+    static totalforce_dds_RobotInfo arm;
     SCOPED_DAEMON daemon = test_daemon_start(test_domain(), NULL);
     const SCOPED_RAW_DDS r = raw_dds_open(test_domain());
     totalforce_dds_Request s = raw_dds_request();
@@ -160,7 +150,8 @@ TEST(a_leader_that_vanishes_is_forgotten)
     o.said.role = totalforce_dds_LEADER_LEADING;
     o.said.lease_ms = 3600000;
     o.said.epoch = raw_dds_ask(&r, &s)->epoch + 1000;
-    assert_true(WAIT_FOR((dds_write(o.leader, &o.said), sleep_ms(20), is_withdrawn(o.reader))));
+    assert_true(WAIT_FOR(
+        (dds_write(o.leader, &o.said), sleep_ms(20), raw_dds_take_info(o.reader, &arm, true))));
     raw_dds_ask_in_vain(&r, &s);
     assert_int_equal(dds_delete(o.leader), DDS_RETCODE_OK);
     raw_dds_await(&r, "arm", TFA_OK);

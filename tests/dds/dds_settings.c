@@ -65,10 +65,7 @@ TEST(missing_security_is_said)
     SCOPED_TEXT *before = strdup(getenv("CYCLONEDDS_URI"));
     char uri[1024], file[300];
     snprintf(file, sizeof file, "%s/secured.xml", h.directory);
-    FILE *out = fopen(file, "w");
-    assert_non_null(out);
-    assert_true(fputs(secured, out) >= 0);
-    assert_int_equal(fclose(out), 0);
+    harness_write(&h, "secured.xml", secured);
     assert_int_equal(harness_check(&h), 0);
     assert_int_equal(harness_log_lines(&h, says), 1);
     snprintf(uri, sizeof uri, "%s,%s", before, secured);

@@ -44,6 +44,16 @@ bool raw_dds_take(dds_entity_t reader, void *out)
     return false;
 }
 
+bool raw_dds_take_info(dds_entity_t reader, totalforce_dds_RobotInfo *arm, bool withdrawn)
+{
+    dds_sample_info_t info;
+    while (dds_take(reader, (void *[]){arm}, &info, 1, 1) == 1)
+        if (strcmp(arm->robot, "arm") == 0 &&
+            withdrawn == (info.instance_state != DDS_ALIVE_INSTANCE_STATE))
+            return true;
+    return false;
+}
+
 void raw_dds_ask_in_vain(const raw_dds *r, totalforce_dds_Request *request)
 {
     request->id = RAW_DDS_IN_VAIN;

@@ -27,6 +27,9 @@ void raw_dds_close(const raw_dds *r);
 #define SCOPED_RAW_DDS SCOPED(raw_dds_close) raw_dds
 /** Takes the next valid sample. @return whether there was one */
 bool raw_dds_take(dds_entity_t reader, void *out);
+/** Takes what has come of the descriptions of robots. @return that of the arm was among it, or was
+ * withdrawn, as the leader's is that yields */
+bool raw_dds_take_info(dds_entity_t reader, totalforce_dds_RobotInfo *arm, bool withdrawn);
 /** Writes a request that nobody may answer, and waits until every daemon has it: the functions
  * below fail if they find a reply to it. */
 void raw_dds_ask_in_vain(const raw_dds *r, totalforce_dds_Request *request);

@@ -8,7 +8,6 @@
 #include "test.h"
 
 #include <fcntl.h>
-#include <grp.h>
 #include <signal.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -106,14 +105,13 @@ TEST(a_half_closed_peer_is_answered)
 /* Others of the sockets' group may look, and no more. */
 TEST(only_its_user_commands)
 {
-    enum { NOBODY = 65534 };
     if (geteuid() != 0)
         skip();
     SCOPED_HARNESS h = harness_serve(ARM, "group: nogroup\n");
     assert_int_equal(chmod(h.directory, 0711), 0);
     const pid_t child = fork();
     if (child == 0) {
-        if (setgid(NOBODY) != 0 || setuid(NOBODY) != 0)
+        if (!become_user(USER_NOBODY))
             _exit(1);
         _exit(command(&h, "status") != TFA_OK || command(&h, "describe arm") != TFA_OK ||
               command(&h, "stop") != TFA_E_REFUSED || command(&h, "reload") != TFA_E_REFUSED ||
@@ -165,9 +163,8 @@ TEST(others_at_the_socket)
 /* Connects so many times as user nobody and says nothing, until the parent has asked. */
 static _Noreturn void stay_silent(const harness *h, int count, int ready, int done)
 {
-    enum { NOBODY = 65534 };
     char byte = 0;
-    if (setgroups(0, NULL) != 0 || setgid(NOBODY) != 0 || setuid(NOBODY) != 0)
+    if (!become_user(USER_NOBODY))
         _exit(1);
     for (int i = 0; i < count; i++)
         if (harness_dial(h, TFA_CONTROL_SOCKET) < 0)
@@ -228,14 +225,13 @@ TEST(the_oldest_silent_one_is_told)
  * false: a place was free again */
 static bool is_nobody_busy(const harness *h)
 {
-    enum { NOBODY = 65534 };
     int fds[PLACES];
     char answer[128];
     for (int i = 0; i < PLACES; i++)
         fds[i] = harness_dial(h, TFA_CONTROL_SOCKET);
     const pid_t child = fork();
     if (child == 0) {
-        if (setgroups(0, NULL) != 0 || setgid(NOBODY) != 0 || setuid(NOBODY) != 0)
+        if (!become_user(USER_NOBODY))
             _exit(99);
         _exit(command(h, "status") != TFA_E_REFUSED || strstr(text, "busy") == NULL);
     }

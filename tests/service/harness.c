@@ -11,6 +11,7 @@
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <grp.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
@@ -200,6 +201,12 @@ int socket_at(const char *directory, const char *name, int type, bool listens)
     assert_int_equal(bind(fd, (const struct sockaddr *)&address, sizeof address), 0);
     assert_int_equal(listens ? listen(fd, 16) : 0, 0);
     return fd;
+}
+
+bool become_user(uid_t user)
+{
+    const gid_t nogroup = 65534;
+    return setgroups(0, NULL) == 0 && setgid(nogroup) == 0 && setuid(user) == 0;
 }
 
 int child_end(pid_t child)

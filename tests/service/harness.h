@@ -53,6 +53,9 @@ void harness_write(const harness *h, const char *name, const char *text);
 int harness_dial(const harness *h, const char *name);
 /** A socket of others: its path is `name` in `directory`. @return its descriptor */
 int socket_at(const char *directory, const char *name, int type, bool listens);
+/** In a child: becomes a user of group nogroup alone. @return false: it may not */
+bool become_user(uid_t user);
+#define USER_NOBODY 65534
 /** Waits for a child. @return its exit status; -signal */
 int child_end(pid_t child);
 /** Sends SIGSTOP and waits until it stands. */

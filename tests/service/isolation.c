@@ -10,7 +10,6 @@
 
 #include <errno.h>
 #include <fcntl.h>
-#include <grp.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <sys/mman.h>
@@ -129,12 +128,11 @@ static int greet(const harness *h)
 /* Connects so many times as user nobody of group nogroup. @return status of the last one */
 static int as_nobody(scene *s, int connections)
 {
-    enum { NOBODY = 65534 };
     assert_int_equal(chmod(s->h.directory, 0711), 0);
     const pid_t child = fork();
     if (child == 0) {
         int last = TFA_OK;
-        if (setgroups(0, NULL) != 0 || setgid(NOBODY) != 0 || setuid(NOBODY) != 0)
+        if (!become_user(USER_NOBODY))
             _exit(99);
         for (int i = 0; i < connections; i++)
             last = greet(&s->h);

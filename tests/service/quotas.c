@@ -9,7 +9,6 @@
 #include "test.h"
 
 #include <fcntl.h>
-#include <grp.h>
 #include <stdlib.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -75,7 +74,7 @@ static _Noreturn void take_seats(const harness *h, uid_t user, int count, int do
     unsigned char seats = 0;
     tfa_welcome w;
     int status = TFA_OK;
-    if (setgroups(0, NULL) != 0 || setgid(65534) != 0 || setuid(user) != 0)
+    if (!become_user(user))
         _exit(1);
     while (status == TFA_OK && seats < 100) {
         const int fd = connect_raw(h);

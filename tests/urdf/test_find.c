@@ -4,6 +4,7 @@
  * Names of robots that are no paths: what they stand for, and what the message says where they
  * stand for nothing.
  */
+#include "support/wait.h"
 #include "test.h"
 
 #include <errno.h>
@@ -143,7 +144,7 @@ TEST(pipes)
     assert_int_equal(pipe(ends), 0);
     const pid_t writer = fork();
     if (writer == 0) {
-        usleep(20000);
+        sleep_ms(20);
         _exit(write(ends[1], robot, strlen(robot)) != (ssize_t)strlen(robot));
     }
     assert_int_equal(close(ends[1]), 0);

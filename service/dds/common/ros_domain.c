@@ -67,8 +67,11 @@ static int find_range(const config_ros2 *from, config_discovery *range, char *er
     *range = (config_discovery)from->discovery;
     if (*range != CONFIG_DISCOVERY_ENVIRONMENT)
         return TFA_OK;
-    *range = tfa_ros2_is_local_only() ? CONFIG_DISCOVERY_LOCALHOST : CONFIG_DISCOVERY_SUBNET;
-    if (!text || tfa_ros2_is_local_only())
+    *range = CONFIG_DISCOVERY_LOCALHOST;
+    if (tfa_ros2_is_local_only())
+        return TFA_OK;
+    *range = CONFIG_DISCOVERY_SUBNET;
+    if (!text)
         return TFA_OK;
     for (size_t i = 0; i < sizeof ranges / sizeof *ranges; i++)
         if (strcmp(text, ranges[i].name) == 0) {

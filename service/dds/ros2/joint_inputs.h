@@ -58,8 +58,7 @@ typedef struct tfa_joint_fault_record {
 /** What the last merge or read did. */
 typedef struct tfa_joint_outcome {
     tfa_joint_fault fault; /**< the last one, unknown names apart; TFA_JOINT_FAULT_COUNT: none */
-    uint32_t
-        taken; /**< joints of which a merge took a value, or that has none of those asked for */
+    uint32_t taken;        /**< joints that a merge named, but those of NaN or infinity alone */
 } tfa_joint_outcome;
 
 typedef struct tfa_joint_inputs tfa_joint_inputs;

@@ -21,6 +21,7 @@
 #include <totalforce/dynamics.h>
 
 #include "layout/state.h"
+#include "spatial/vec6.h"
 
 /* An external wrench (world axes, about the reference point) that does not follow its body rigidly:
  * held by axes of the world, or on a link inside a fused joint */
@@ -33,8 +34,8 @@ struct held_wrench {
 };
 
 /* Columns of several matrices of public freedoms stand in one row of numbers: four of each matrix,
- * then the next four of each. */
-enum { DERIVATIVES_GROUP = 4, DERIVATIVES_MATRICES = 3 };
+ * or as many as a vector holds, then the next ones of each. */
+enum { DERIVATIVES_GROUP = NUM_VEC_LANES > 4 ? NUM_VEC_LANES : 4, DERIVATIVES_MATRICES = 3 };
 
 static inline size_t derivatives_column(uint32_t j)
 {

@@ -16,15 +16,16 @@
 
 #define JOINTS RAW_DDS_JOINTS
 
+static uint32_t last_described; /* joints of the arm in the last info that was read */
+
 /* What has come: the last info about the arm is this one. */
 static bool is_described(dds_entity_t reader, uint32_t q_count)
 {
-    static uint32_t last;
     static totalforce_dds_RobotInfo info;
     while (raw_dds_take(reader, &info))
         if (strcmp(info.robot, "arm") == 0)
-            last = info.q_count;
-    return last == q_count;
+            last_described = info.q_count;
+    return last_described == q_count;
 }
 
 typedef struct other_daemon {
@@ -39,6 +40,7 @@ static other_daemon make_other_daemon(const raw_dds *r)
     const dds_entity_t leaders = tfa_dds_create_topic(p, TFA_DDS_LEADER);
     const dds_entity_t infos = tfa_dds_create_topic(p, TFA_DDS_ROBOT_INFO);
     dds_guid_t guid;
+    last_described = 0; /* by another test's reader */
     other_daemon o = {
         .leader = tfa_dds_create_leader_writer(p, leaders, DDS_INFINITY),
         .writer = tfa_dds_create_writer(p, infos, TFA_DDS_ROBOT_INFO, NULL),

@@ -98,6 +98,12 @@ int tfa_client_connect(const tfa_client_options *options, tfa_client **client)
 static int explain(const char *robot, const char *dir, int status, const char *cause, char *text,
                    size_t size)
 {
+    const char *reason = tfa_connection_refusal();
+    if (status == TFA_E_DISCONNECTED && *reason)
+        return snprintf(text, size,
+                        "robot '%s': the daemon at %s hung up: %s: connect again, with buffers for "
+                        "what the robot is then",
+                        robot, dir, reason);
     if (status == TFA_E_DISCONNECTED)
         return snprintf(
             text, size,
@@ -114,7 +120,6 @@ static int explain(const char *robot, const char *dir, int status, const char *c
                         "robot '%s': the daemon at %s does not answer in time: it was stopped, or "
                         "other programs take its processor",
                         robot, dir);
-    const char *reason = tfa_connection_refusal();
     return snprintf(text, size, "robot '%s' at %s/%s.sock: %s: %s", robot, dir, robot,
                     tfa_status_text(status), *reason ? reason : cause);
 }
@@ -199,6 +204,8 @@ const tfa_client_info *tfa_client_get_info(const tfa_client *client)
 /* Marks the connection as ended until tfa_client_reconnect. */
 static int disconnected(tfa_client *client)
 {
+    if (client->connection.alive)
+        tfa_connection_read_farewell(&client->connection);
     client->connection.alive = false;
     return TFA_E_DISCONNECTED;
 }

@@ -65,8 +65,10 @@ struct tfa_client {
 int tfa_connection_open(tfa_client *client, uint64_t deadline, uint64_t model);
 void tfa_connection_close(client_connection *connection);
 
-/* Reason of the daemon for its last refusal in this thread, or "". */
+/* Reason of the daemon for its last refusal or hang-up in this thread, or "". */
 const char *tfa_connection_refusal(void);
+/* Reads why the daemon hangs up on a connection, if it said so. */
+void tfa_connection_read_farewell(const client_connection *connection);
 
 /* ---- command.c ---- */
 

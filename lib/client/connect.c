@@ -144,6 +144,17 @@ const char *tfa_connection_refusal(void)
     return refusal;
 }
 
+void tfa_connection_read_farewell(const client_connection *connection)
+{
+    tfa_welcome w;
+    refusal[0] = 0;
+    if (recv(connection->socket, &w, sizeof w, MSG_DONTWAIT) != (ssize_t)sizeof w ||
+        w.magic != TFA_HANDSHAKE_MAGIC)
+        return;
+    memcpy(refusal, w.text, sizeof w.text);
+    refusal[sizeof refusal - 1] = 0;
+}
+
 /* @return TFA_OK: there is something to read; TFA_E_TIMEOUT */
 static int await_message(int fd, uint64_t deadline)
 {

@@ -6,6 +6,7 @@
 #include "control/daemon.h"
 
 #include <errno.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <sys/epoll.h>
 #include <sys/socket.h>
@@ -46,6 +47,17 @@ static void remove_client(tfa_daemon *d, session *s)
     free_session(d, s);
 }
 
+/* The last message to a client that was attached: why it is hung up on. */
+static void say_why(const session *s, const char *why)
+{
+    tfa_welcome w = {.magic = TFA_HANDSHAKE_MAGIC,
+                     .abi = TFA_HANDSHAKE_ABI,
+                     .status = TFA_E_DISCONNECTED,
+                     .daemon_pid = (int32_t)getpid()};
+    snprintf(w.text, sizeof w.text, "%s", why);
+    (void)send(s->socket, &w, sizeof w, MSG_NOSIGNAL | MSG_DONTWAIT);
+}
+
 /* If the worker has detached, the session is gone. */
 static void try_detach(tfa_daemon *d, session *s)
 {
@@ -56,8 +68,10 @@ static void try_detach(tfa_daemon *d, session *s)
 /* The same, but it hangs up only now: every answer is there. */
 static void try_drain(tfa_daemon *d, session *s)
 {
-    if (tfa_worker_drain(s->worker->worker, s->client))
-        remove_client(d, s);
+    if (!tfa_worker_drain(s->worker->worker, s->client))
+        return;
+    say_why(s, "the robot has other joints, links or a base now");
+    remove_client(d, s);
 }
 
 /* Hangs up at once; the memory follows when the worker has detached. */
@@ -165,6 +179,7 @@ void session_tick(tfa_daemon *d)
             tfa_log_client(TFA_LOG_WARNING, "client %d (user %u) of robot '%s' %s: it has to go",
                            (int)s->process, (unsigned)s->user, d->robot_set.robots[s->robot].name,
                            fault);
+            say_why(s, fault);
             end_session(d, s);
         } else if (s->state == SESSION_DETACHING) {
             try_detach(d, s);

@@ -155,8 +155,13 @@ static void other_shape(tfa_wait wait)
         tfa_reply reply = {.qdd = qdd};
         assert_int_equal(tfa_client_receive(client, &reply, TIMEOUT_NS, NULL), TFA_OK);
     }
-    assert_int_equal(ask_arm(client, 1, qdd, TIMEOUT_NS), TFA_E_DISCONNECTED);
-    assert_int_equal(ask_arm(idle, 1, qdd, TIMEOUT_NS), TFA_E_DISCONNECTED);
+    for (int i = 0; i < 2; i++) {
+        const tfa_client_options options = harness_options(&h, "arm");
+        char text[300];
+        assert_int_equal(ask_arm(i ? idle : client, 1, qdd, TIMEOUT_NS), TFA_E_DISCONNECTED);
+        (void)tfa_client_explain(&options, TFA_E_DISCONNECTED, text, sizeof text);
+        assert_non_null(strstr(text, "hung up: the robot has other joints"));
+    }
     assert_int_equal(tfa_client_reconnect(client), TFA_E_SIZE); /* its buffers would not fit */
     tfa_client_close(client);
     tfa_client_close(idle);

@@ -114,8 +114,8 @@ TFA_API TFA_CHECKED int tfa_client_connect(const tfa_client_options *options, tf
 /**
  * Writes the reason why tfa_client_connect or tfa_client_reconnect returned `status` for these
  * options: robot, path of the socket and remedy, for instance "robot 'arm': no daemon listens at
- * /run/totalforce/arm.sock: ...". Reads errno for TFA_E_SYSTEM: call it first. Allocates. Any
- * thread.
+ * /run/totalforce/arm.sock: ...". After TFA_E_DISCONNECTED of a request in this thread: why the
+ * daemon hung up, if it did. Reads errno for TFA_E_SYSTEM: call it first. Allocates. Any thread.
  *
  * @param options  as given to tfa_client_connect
  * @param status   that it returned

@@ -101,7 +101,8 @@ static int join_domains(service *s)
 
 static int start_pool(service *s)
 {
-    return daemon_start_pool(&s->daemon);
+    const int status = daemon_start_pool(&s->daemon);
+    return status == TFA_OK ? daemon_prepare_robots(&s->daemon) : status;
 }
 
 static int start_workers(service *s)

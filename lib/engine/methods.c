@@ -128,6 +128,7 @@ const char *tfa_field_name(tfa_field field)
         [TFA_FIELD_MODES] = "modes",
         [TFA_FIELD_MODE_VELOCITIES] = "mode_velocities",
         [TFA_FIELD_BODY] = "body",
+        [TFA_FIELD_COST] = "cost",
     };
     if ((unsigned)field >= sizeof names / sizeof *names)
         return "";

@@ -300,6 +300,20 @@ static size_t say_limit(const struct refusal *r)
                field, what);
 }
 
+static size_t say_cost(const struct refusal *r)
+{
+    char tips[32] = "";
+    if (r->reply->field != TFA_FIELD_COST)
+        return 0;
+    if (r->request->tip_count)
+        snprintf(tips, sizeof tips, " with %u tips", r->request->tip_count);
+    return say(
+        r,
+        "cost: a state of this kind (%s by %s%s) takes about %u us, the daemon admits %u us; "
+        "ask for less, or raise max_state_us in its configuration",
+        op_of(r), method_of(r), tips, r->reply->index, r->reply->state);
+}
+
 static size_t say_status(const struct refusal *r)
 {
     if (r->reply->status == TFA_E_VALUE && r->place.number)
@@ -314,8 +328,8 @@ size_t tfa_explain(const tfa_names *names, const tfa_request *request, const tfa
                    tfa_option_syntax syntax, char *text, size_t size)
 {
     static size_t (*const reasons[])(const struct refusal *) = {
-        say_quaternion, say_modes, say_method, say_payload,
-        say_locked,     say_tips,  say_limit,  say_status};
+        say_quaternion, say_modes, say_method, say_payload, say_locked,
+        say_tips,       say_limit, say_cost,   say_status};
     struct refusal r = {names, request, reply, syntax, {0}, "", text, size};
     r.place = tfa_refused_place(names, request, reply);
     write_entry(&r);

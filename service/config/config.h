@@ -98,6 +98,7 @@ typedef struct config_scene {
 enum { CONFIG_REFUSE_LIST(CONFIG_REFUSE) CONFIG_REFUSALS };
 #undef CONFIG_REFUSE
 
+#define CONFIG_STATE_US_MOST 5000       /* kinds that take longer are not measured */
 #define CONFIG_DOMAIN_MAX 230           /* of Cyclone: ports end there */
 #define CONFIG_ROS_DOMAIN_ID UINT32_MAX /* domain "environment" */
 
@@ -224,7 +225,7 @@ typedef struct config {
     const char *specialise_directory;
     uint32_t specialise; /* config_specialise */
     uint32_t log_level;
-    uint32_t workers, spin_ns, turn_us, warm_us, backend;
+    uint32_t workers, spin_ns, turn_us, max_state_us, warm_us, backend;
     bool allow_spin;
     config_limits limits;
     config_realtime realtime;

@@ -48,6 +48,11 @@ static bool same_model(const tfa_robot *a, const tfa_robot *b)
     return memcmp(tfa_model_hash(a->model), tfa_model_hash(b->model), 32) == 0;
 }
 
+static const config *settings_in_effect(const tfa_daemon *d)
+{
+    return d->reload.settings ? d->reload.settings : d->settings;
+}
+
 /* Names and their order are those of now: config_needs_restart. */
 static int compare(const tfa_daemon *d, reload *r)
 {
@@ -60,25 +65,21 @@ static int compare(const tfa_daemon *d, reload *r)
         const tfa_robot *now = &d->robot_set.robots[i], *next = &r->robot_set.robots[i];
         if (!next->model)
             continue; /* another robot has a new description */
-        r->changed[i] = !same_model(now, next) || !same_solver(now->config, next->config) ||
-                        !tfa_robot_same_kernel(now, next);
+        r->changed[i] =
+            !same_model(now, next) || now->max_state_us != settings_in_effect(d)->max_state_us ||
+            !same_solver(now->config, next->config) || !tfa_robot_same_kernel(now, next);
         r->shape_changed[i] = r->changed[i] && !tfa_robot_same_shape(now, next);
     }
     return TFA_OK;
 }
 
-static const config *settings_in_effect(const tfa_daemon *d)
-{
-    return d->reload.settings ? d->reload.settings : d->settings;
-}
-
-static int make_pools(const tfa_daemon *d, reload *r)
+static int prepare(const tfa_daemon *d, reload *r)
 {
     int status = TFA_OK;
     for (uint32_t i = 0; i < d->robot_set.count && status == TFA_OK; i++)
         if (r->changed[i])
-            status = tfa_robot_open_pool(&r->robot_set.robots[i], &settings_in_effect(d)->pool,
-                                         d->thread_pool);
+            status =
+                tfa_robot_prepare(&r->robot_set.robots[i], settings_in_effect(d), d->thread_pool);
     return status;
 }
 
@@ -147,7 +148,7 @@ void *reload_thread(void *argument)
     if (status == TFA_OK)
         status = compare(d, r);
     if (status == TFA_OK)
-        status = make_pools(d, r);
+        status = prepare(d, r);
     if (status == TFA_OK)
         status = make_solvers(d, r);
     r->status = status;

@@ -125,11 +125,17 @@ int daemon_start_pool(tfa_daemon *d)
                       ? (int)wanted->affinity[(k - 1) % (uint32_t)wanted->affinity_count]
                       : 0;
     int status = start_thread_pool(wanted, cpus, &d->thread_pool);
-    for (uint32_t i = 0; i < d->robot_set.count && status == TFA_OK; i++)
-        status = tfa_robot_open_pool(&d->robot_set.robots[i], wanted, d->thread_pool);
     if (status == TFA_OK)
         tfa_log(TFA_LOG_INFO, "pool: %u threads with the worker's own, from %u bodies x states on",
                 wanted->threads, wanted->from);
+    return status;
+}
+
+int daemon_prepare_robots(tfa_daemon *d)
+{
+    int status = TFA_OK;
+    for (uint32_t i = 0; i < d->robot_set.count && status == TFA_OK; i++)
+        status = tfa_robot_prepare(&d->robot_set.robots[i], d->settings, d->thread_pool);
     return status;
 }
 
@@ -190,21 +196,46 @@ static void *run_worker(void *worker)
     return NULL;
 }
 
+static void *run_long(void *worker)
+{
+    tfa_stack_prepare();
+    tfa_worker_long_run(worker);
+    return NULL;
+}
+
+static void name_thread(pthread_t thread, const char *kind, uint32_t number)
+{
+    char name[24];
+    snprintf(name, sizeof name, "%s%u", kind, number);
+    name[15] = 0; /* the kernel takes no more */
+    pthread_setname_np(thread, name);
+}
+
+/* Where there is a pool, states that take longer than max_state_us are answered beside the worker,
+ * by the ordinary scheduler. */
+static int start_long_thread(const tfa_daemon *d, daemon_worker *w, uint32_t number)
+{
+    if (!d->settings->pool.threads)
+        return TFA_OK;
+    if (pthread_create(&w->long_thread, NULL, run_long, w->worker) != 0)
+        return TFA_E_SYSTEM;
+    w->has_long_thread = true;
+    name_thread(w->long_thread, "long", number);
+    return TFA_OK;
+}
+
 static int start_worker(tfa_daemon *d, uint32_t number)
 {
     daemon_worker *w = &d->workers[number];
-    char name[24];
     int status = make_worker(d, w);
     if (status != TFA_OK)
         return status;
     if (pthread_create(&w->thread, NULL, run_worker, w->worker) != 0)
         return TFA_E_SYSTEM;
     w->started = true;
-    snprintf(name, sizeof name, "worker%u", number);
-    name[15] = 0; /* the kernel takes no more */
-    pthread_setname_np(w->thread, name);
+    name_thread(w->thread, "worker", number);
     tfa_realtime_worker(&d->settings->realtime, number, w->thread);
-    return TFA_OK;
+    return start_long_thread(d, w, number);
 }
 
 int daemon_start_workers(tfa_daemon *d)
@@ -236,6 +267,16 @@ int daemon_self_test(tfa_daemon *d)
     return TFA_OK;
 }
 
+/* After the worker's own. */
+static void stop_long_thread(daemon_worker *w)
+{
+    if (!w->has_long_thread)
+        return;
+    tfa_worker_long_stop(w->worker);
+    pthread_join(w->long_thread, NULL);
+    w->has_long_thread = false;
+}
+
 void daemon_stop_workers(tfa_daemon *d)
 {
     for (uint32_t i = 0; d->workers && i < d->settings->workers; i++)
@@ -245,6 +286,7 @@ void daemon_stop_workers(tfa_daemon *d)
         if (d->workers[i].started)
             pthread_join(d->workers[i].thread, NULL);
         d->workers[i].started = false;
+        stop_long_thread(&d->workers[i]);
     }
 }
 

@@ -17,8 +17,8 @@ typedef struct tfa_daemon tfa_daemon;
 typedef struct daemon_worker {
     tfa_worker *worker;
     tfa_robot_solver **solvers; /* one for each robot */
-    pthread_t thread;
-    bool started;
+    pthread_t thread, long_thread;
+    bool started, has_long_thread;
     uint32_t clients;
     uint64_t last_heartbeat; /* for the watchdog */
 } daemon_worker;
@@ -38,8 +38,10 @@ TFA_CHECKED int robot_set_load_one(const config *settings, const robot_set *now,
 void robot_set_unload(robot_set *f);
 /* Number of the robot of this name; UINT32_MAX: none, and the error is in `text`. */
 uint32_t robot_set_find(const robot_set *f, const char *name, char *text, size_t size);
-/* Starts the pool's threads, if configured, and gives robots their workspaces for it. */
+/* Starts the pool's threads, if configured. */
 TFA_CHECKED int daemon_start_pool(tfa_daemon *d);
+/* tfa_robot_prepare of each. */
+TFA_CHECKED int daemon_prepare_robots(tfa_daemon *d);
 TFA_CHECKED int daemon_start_workers(tfa_daemon *d);
 TFA_CHECKED int daemon_self_test(tfa_daemon *d);
 /* A solver of robot `i` of the set, into `solvers` by robot, which are made when they are NULL. */

@@ -147,6 +147,8 @@ void tfa_robot_unload(tfa_robot *robot)
     tfa_segment_destroy(&robot->description);
     tfa_batch_pool_free(robot->pool);
     robot->pool = NULL;
+    free(robot->parts);
+    robot->parts = NULL;
     tfa_specialised_free(robot->specialised);
     robot->specialised = NULL;
     tfa_shared_model_drop(robot->shared);

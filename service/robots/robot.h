@@ -30,6 +30,8 @@ typedef struct tfa_robot {
     tfa_segment description;      /**< settings and URDF, once somebody asked for them */
     tfa_batch_pool *pool;         /**< for large requests, shared by all workers; NULL: none */
     tfa_specialised *specialised; /**< its specialised kernel; NULL: the generic one answers */
+    uint32_t max_state_us;        /**< 0: states may take any time */
+    struct tfa_cost_parts *parts; /**< what they take; NULL: not measured */
     bool reshaping; /**< a reload changes its shape: no client is attached meanwhile */
 } tfa_robot;
 
@@ -55,10 +57,11 @@ TFA_CHECKED int tfa_robot_load(const config *settings, const config_robot *from,
                                tfa_robot_urdf *urdf, tfa_robot *robots);
 void tfa_robot_unload(tfa_robot *robot);
 
-/** Gives the robot a pool of these threads, if it can have large requests. @return TFA_OK;
- *  TFA_E_MEMORY; TFA_E_UNSUPPORTED */
-TFA_CHECKED int tfa_robot_open_pool(tfa_robot *robot, const config_pool *wanted,
-                                    tfa_thread_pool *thread_pool);
+/** What a robot needs besides to be served with these settings: a pool of these threads, if it can
+ * have large requests, and the times of its requests, if they are limited; a warning if forward
+ * dynamics takes longer. @return TFA_OK; TFA_E_MEMORY; TFA_E_UNSUPPORTED */
+TFA_CHECKED int tfa_robot_prepare(tfa_robot *robot, const config *settings,
+                                  tfa_thread_pool *thread_pool);
 
 /** Same arrays, same joints and links in the same order: clients of one can be served by the other
  *  without noticing. */

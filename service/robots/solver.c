@@ -6,7 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "platform/log.h"
 #include "robots/robot.h"
+#include "worker/cost_bound.h"
 
 #define ALIGNMENT 64
 #define LAMBDA_FLAGS (TFA_WANT_LAMBDA | TFA_WANT_MU | TFA_WANT_P)
@@ -19,7 +21,8 @@ struct tfa_robot_solver {
     tfa_batch_pool *pool; /* the robot's, or NULL */
     uint64_t from;        /* the pool's: states */
     uint32_t refused;     /* bits 1u << CONFIG_REFUSE_x */
-    uint32_t estimate;    /* config_estimate */
+    tfa_robot_solver *beside; /* of the thread beside the worker, or NULL */
+    uint32_t estimate;        /* config_estimate */
     uint32_t every, until_next;
 };
 
@@ -45,7 +48,7 @@ static uint64_t large_states(const tfa_robot *robot, const config_pool *pool)
     return ((uint64_t)pool->from + bodies - 1) / (bodies ? bodies : 1);
 }
 
-int tfa_robot_open_pool(tfa_robot *robot, const config_pool *wanted, tfa_thread_pool *thread_pool)
+static int open_pool(tfa_robot *robot, const config_pool *wanted, tfa_thread_pool *thread_pool)
 {
     if (!thread_pool || robot->config->max_batch < large_states(robot, wanted))
         return TFA_OK;
@@ -72,8 +75,7 @@ static int make_workspace(const tfa_robot *robot, tfa_robot_solver *solver)
     return tfa_workspace_init(solver->memory, size, robot->model, &options, &solver->workspace);
 }
 
-int tfa_robot_solver_create(const tfa_robot *robot, const config_pool *pool,
-                            tfa_robot_solver **solver)
+static int create(const tfa_robot *robot, const config_pool *pool, tfa_robot_solver **solver)
 {
     *solver = NULL;
     tfa_robot_solver *made = aligned_alloc(ALIGNMENT, sizeof *made);
@@ -95,10 +97,24 @@ int tfa_robot_solver_create(const tfa_robot *robot, const config_pool *pool,
     return TFA_OK;
 }
 
+int tfa_robot_solver_create(const tfa_robot *robot, const config_pool *pool,
+                            tfa_robot_solver **solver)
+{
+    int status = create(robot, pool, solver);
+    if (status == TFA_OK && pool->threads && robot->max_state_us)
+        status = create(robot, pool, &(*solver)->beside);
+    if (status != TFA_OK) {
+        tfa_robot_solver_free(*solver);
+        *solver = NULL;
+    }
+    return status;
+}
+
 void tfa_robot_solver_free(tfa_robot_solver *solver)
 {
     if (!solver)
         return;
+    tfa_robot_solver_free(solver->beside);
     free(solver->memory);
     free(solver);
 }
@@ -108,8 +124,51 @@ tfa_worker_robot tfa_robot_for_worker(const tfa_robot *robot, tfa_robot_solver *
     return (tfa_worker_robot){.shape = robot->shape,
                               .solve = tfa_robot_solve,
                               .warm_up = tfa_robot_warm_up,
-                              .self = solver};
+                              .self = solver,
+                              .long_self = solver->beside,
+                              .max_state_ns = 1000 * robot->max_state_us,
+                              .parts = robot->parts};
 }
+
+/* ---- what a robot needs besides ---- */
+
+static void check_time(const tfa_robot *robot)
+{
+    const tfa_request forward = {.op = TFA_OP_FORWARD_DYNAMICS, .refine = TFA_REFINE_DEFAULT};
+    const uint32_t us = tfa_cost_bound(robot->parts, &forward) / 1000 + 1;
+    if (us > robot->max_state_us)
+        tfa_log(TFA_LOG_WARNING,
+                "robot '%s': forward dynamics takes up to %u us and is refused: raise max_state_us "
+                "(%u)",
+                robot->name, us, robot->max_state_us);
+}
+
+static int measure(tfa_robot *robot, const config *settings)
+{
+    tfa_robot_solver *solver;
+    int status = create(robot, &settings->pool, &solver);
+    if (status != TFA_OK)
+        return status;
+    robot->parts = calloc(1, sizeof *robot->parts);
+    const tfa_worker_robot measured = tfa_robot_for_worker(robot, solver);
+    status = robot->parts ? tfa_cost_measure(robot->model, &measured, robot->parts) : TFA_E_MEMORY;
+    tfa_robot_solver_free(solver);
+    return status;
+}
+
+int tfa_robot_prepare(tfa_robot *robot, const config *settings, tfa_thread_pool *thread_pool)
+{
+    int status = open_pool(robot, &settings->pool, thread_pool);
+    robot->max_state_us = settings->max_state_us;
+    if (status != TFA_OK || !robot->max_state_us)
+        return status;
+    status = measure(robot, settings);
+    if (status == TFA_OK)
+        check_time(robot);
+    return status;
+}
+
+/* ---- requests ---- */
 
 /* Estimate policy of a request that leaves it open. DEFAULT is the library's: where the sentinel
  * trips, and always for methods with inverse inertias. */

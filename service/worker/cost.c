@@ -14,29 +14,36 @@ static uint32_t count_class(uint32_t count)
     return count >= LANES ? 2 : count > 1;
 }
 
-static void append(uint64_t *kind, int bits, uint64_t value)
+/* Multiplication and shift: the finaliser of SplitMix64 (Steele, Lea, Flood 2014). Kinds differ
+ * unless 64 bits of two are the same. */
+static uint64_t mix(uint64_t hash, uint64_t value)
 {
-    *kind = *kind << bits | (value & ((UINT64_C(1) << bits) - 1));
+    hash = (hash ^ value) * UINT64_C(0xbf58476d1ce4e5b9);
+    return hash ^ hash >> 29;
 }
 
+/* A count above the most is refused by the solver. */
+static uint64_t mix_indices(uint64_t hash, const uint32_t *indices, uint32_t count, uint32_t most)
+{
+    for (uint32_t k = 0; indices && k < count && k < most; k++)
+        hash = mix(hash, indices[k] + UINT64_C(1));
+    return hash;
+}
+
+/* Deep tips and loads on deep links take longer than those near the root. */
 uint64_t tfa_cost_kind(const tfa_request *r)
 {
     uint64_t kind = 1;
-    _Static_assert(TFA_OP_LAST < 16 && TFA_MAX_TIPS < 64 && TFA_WANT_ALL < 1 << 16 &&
-                       TFA_MAX_REFINE < 7,
-                   "each has bits of its own");
-    append(&kind, 4, r->op);
-    append(&kind, 5, r->method);
-    append(&kind, 6, r->tip_count);
-    append(&kind, 16, r->flags & TFA_WANT_ALL);
-    append(&kind, 3, r->refine <= TFA_MAX_REFINE ? r->refine : 7);
-    append(&kind, 3, r->estimate);
-    append(&kind, 1, r->wrench_count != 0);
-    append(&kind, 1, r->payload_count != 0);
-    append(&kind, 1, r->locked_count != 0);
-    append(&kind, 1, r->rows != TFA_ROWS_POSE);
-    append(&kind, 2, count_class(r->count));
-    return kind;
+    kind = mix(kind, (uint64_t)r->op << 32 | (uint32_t)r->method);
+    kind = mix(kind, (uint64_t)r->flags << 32 | r->refine);
+    kind = mix(kind, (uint64_t)r->estimate << 32 | (uint32_t)r->rows);
+    kind = mix(kind, (uint64_t)r->tip_count << 32 | r->wrench_count);
+    kind = mix(kind, (uint64_t)r->payload_count << 32 | r->locked_count);
+    kind = mix(kind, count_class(r->count));
+    kind = mix_indices(kind, r->tips, r->tip_count, TFA_MAX_TIPS);
+    kind = mix_indices(kind, r->payload_frames, r->payload_count, TFA_MAX_PAYLOADS);
+    kind = mix_indices(kind, r->locked, r->locked_count, UINT32_MAX);
+    return kind ? kind : 1;
 }
 
 uint32_t tfa_cost_states(const tfa_cost *cost, uint64_t budget_ns)
@@ -49,35 +56,32 @@ uint32_t tfa_cost_states(const tfa_cost *cost, uint64_t budget_ns)
     return states < UINT32_MAX ? (uint32_t)states / LANES * LANES : UINT32_MAX;
 }
 
-/* lambda_inv is decomposed: several sweeps over a matrix of all rows. */
-static bool decomposes(const tfa_request *r)
+/* A measurement counts for so much of the way up. */
+#define RISE 64
+#define REFUSED_NS 1000000000u
+
+static void record_least(tfa_cost *cost, uint32_t measured)
 {
-    const uint32_t flags = TFA_WANT_SPECTRUM | TFA_WANT_LAMBDA | TFA_WANT_MU | TFA_WANT_P;
-    return r->op == TFA_OP_TASK_TORQUES || (r->flags & flags) != 0;
+    if (measured <= cost->least_ns || cost->least_ns == 0)
+        cost->least_ns = measured;
+    else
+        cost->least_ns += (measured - cost->least_ns) / RISE;
 }
 
-/* A matrix of all freedoms is computed, or may be. */
-static bool is_quadratic(const tfa_request *r)
+bool tfa_cost_admit_again(tfa_cost *cost, uint32_t bound_ns, uint32_t most_ns, uint64_t now)
 {
-    return r->op == TFA_OP_MASS_MATRIX || r->op == TFA_OP_BIAS ||
-           TFA_OP_BIT(r->op) & (TFA_OPS_DERIVATIVES | TFA_OPS_ID_DERIVATIVES) ||
-           r->method != TFA_METHOD_AUTO;
+    if (bound_ns > most_ns)
+        return false;
+    if (!cost->refused_ns)
+        cost->refused_ns = now;
+    if (now - cost->refused_ns < REFUSED_NS)
+        return false;
+    cost->refused_ns = 0;
+    cost->least_ns = bound_ns;
+    return true;
 }
 
-/* Powers by the algorithms, factors by docs/tuning.md, which says for which kinds it is too low. */
-uint64_t tfa_cost_bound(const tfa_wire_shape *shape, const tfa_request *r)
-{
-    const uint64_t n = tfa_wire_freedoms(shape) + shape->modes;
-    const uint64_t m = (uint64_t)r->tip_count * tfa_tip_rows(r->rows);
-    uint64_t ns = 1000 + 500 * ((uint64_t)shape->frames + shape->modes) + 10 * n * m + 8 * m * m;
-    if (is_quadratic(r))
-        ns += (20 + n) * n * n;
-    if (decomposes(r))
-        ns += 15 * m * m * m;
-    return ns;
-}
-
-void tfa_cost_record(tfa_cost *cost, uint32_t states, uint64_t ns)
+void tfa_cost_record(tfa_cost *cost, uint32_t states, uint64_t ns, bool plain)
 {
     const uint64_t each = (states > 1 ? ns / states : ns) + 1;
     const uint32_t measured = each < UINT32_MAX ? (uint32_t)each : UINT32_MAX;
@@ -85,4 +89,6 @@ void tfa_cost_record(tfa_cost *cost, uint32_t states, uint64_t ns)
         cost->state_ns = measured;
     else
         cost->state_ns -= (cost->state_ns - measured) / 2;
+    if (plain)
+        record_least(cost, measured);
 }

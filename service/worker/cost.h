@@ -1,14 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Cost model of a worker: time of one state by kind of request, learned from the clock.
+ * Cost model of a worker: time of one state by kind of request, learned from the clock, and
+ * admission by it.
  *
  * A kind is everything that changes the time of a state of the same robot: op, method, tips,
  * estimate, ... The table is direct-mapped: a kind that meets another one in its row starts anew,
- * and so does one whose clients ask for many kinds in turn. Whoever must not wait for such a one
- * goes by its bound.
- * A row follows a larger measurement at once and a smaller one by half, so that a request is cut
- * too finely rather than too coarsely after an interrupted measurement.
+ * and so does one whose clients ask for many kinds in turn.
+ *
+ * Requests are cut by `state_ns`, which follows a larger measurement at once and a smaller one by
+ * half, so that a request is cut too finely rather than too coarsely after an interrupted
+ * measurement. They are admitted by `least_ns`, which begins at the bound of the kind
+ * (cost_bound.h), follows a smaller measurement at once and a larger one by a 64th: what an
+ * interrupt or another program adds does not refuse a kind, a bound that is too low does not last.
  *
  * A table belongs to one thread. No allocation, no system call.
  */
@@ -19,13 +23,13 @@
 #include <stdint.h>
 #include <totalforce/dynamics.h>
 
-#include "ipc/wire_blocks.h"
-
-#define TFA_COST_ROWS 64 /* a power of two */
+#define TFA_COST_ROWS 256 /* a power of two */
 
 typedef struct tfa_cost {
-    uint64_t kind;     /**< 0: no request came yet */
-    uint32_t state_ns; /**< 0: not measured */
+    uint64_t kind;       /**< 0: no request came yet */
+    uint64_t refused_ns; /**< CLOCK_MONOTONIC, when it was refused first since; 0: it was not */
+    uint32_t state_ns;   /**< 0: not measured */
+    uint32_t least_ns;   /**< 0: neither measured nor bounded */
 } tfa_cost;
 
 typedef struct tfa_cost_table {
@@ -39,8 +43,8 @@ uint64_t tfa_cost_kind(const tfa_request *request);
 static inline tfa_cost *tfa_cost_find(tfa_cost_table *table, uint64_t kind)
 {
     /* Fibonacci hashing: Knuth, The Art of Computer Programming, volume 3, section 6.4 */
-    tfa_cost *row = &table->row[kind * UINT64_C(11400714819323198485) >> 58];
-    _Static_assert(TFA_COST_ROWS == 64, "the shift takes 6 bits");
+    tfa_cost *row = &table->row[kind * UINT64_C(11400714819323198485) >> 56];
+    _Static_assert(TFA_COST_ROWS == 256, "the shift takes 8 bits");
     if (row->kind != kind)
         *row = (tfa_cost){.kind = kind};
     return row;
@@ -50,10 +54,23 @@ static inline tfa_cost *tfa_cost_find(tfa_cost_table *table, uint64_t kind)
  *  lanes where there is room for one. */
 uint32_t tfa_cost_states(const tfa_cost *cost, uint64_t budget_ns);
 
-/** Bound on ns for one state, for a kind that was not measured: from the request alone. */
-uint64_t tfa_cost_bound(const tfa_wire_shape *shape, const tfa_request *request);
+/** Answers first .. first + count - 1 took no longer than their kind: none tripped the sentinel,
+ *  fell back or lost rank. */
+static inline bool tfa_cost_is_plain(const tfa_answer *answers, uint32_t first, uint32_t count)
+{
+    uint32_t flags = 0;
+    for (uint32_t k = 0; answers && k < count; k++)
+        flags |= answers[first + k].flags;
+    return !(flags & (TFA_ANSWER_FALLBACK | TFA_ANSWER_INACCURATE | TFA_ANSWER_STALLED |
+                      TFA_ANSWER_NOT_FINITE | TFA_ANSWER_SENTINEL | TFA_ANSWER_RANK_LOSS));
+}
 
-/** Records that `states` states took `ns`. */
-void tfa_cost_record(tfa_cost *cost, uint32_t states, uint64_t ns);
+/** Records that `states` states took `ns`. @param plain  tfa_cost_is_plain: only those say
+ *  what the kind costs other clients. */
+void tfa_cost_record(tfa_cost *cost, uint32_t states, uint64_t ns, bool plain);
+
+/** A kind that `least_ns` refuses: once a second it starts anew at its bound, so that a time in
+ *  which the machine was slow passes. @return it is admitted */
+bool tfa_cost_admit_again(tfa_cost *cost, uint32_t bound_ns, uint32_t most_ns, uint64_t now);
 
 #endif

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "platform/sigbus.h"
+#include "worker/cost_bound.h"
 
 /* Turns that a client gets ahead of the others after it was idle. */
 #define CREDIT_TURNS 4
@@ -65,8 +66,10 @@ static bool others_in_use(const tfa_worker *w, const tfa_worker_robot *robots)
 static void accept_offer(tfa_worker *w)
 {
     const tfa_worker_robot *offer = atomic_load_explicit(&w->offer, memory_order_acquire); /* R12 */
-    if (offer != w->robots)
+    if (offer != w->robots) {
         tfa_worker_warm_up_forget(w);
+        memset(w->costs, 0, w->robot_count * sizeof *w->costs); /* of other models */
+    }
     w->robots = offer;
     if (offer != atomic_load_explicit(&w->taken, memory_order_relaxed) && !others_in_use(w, offer))
         atomic_store_explicit(&w->taken, offer, memory_order_release); /* A13 */
@@ -90,16 +93,37 @@ static void mark_detached(tfa_worker_client *client, uint32_t state)
                                             memory_order_release, memory_order_relaxed); /* A8 */
 }
 
-bool tfa_worker_client_has_work(const tfa_worker_client *client)
+bool tfa_worker_client_has_work(const tfa_worker *w, const tfa_worker_client *client)
 {
-    return client->at.active || tfa_ring_poll_last(&client->ring) != TFA_RING_EMPTY;
+    if (client->at.active)
+        return tfa_worker_long_may_go_on(w, client);
+    return tfa_ring_poll_last(&client->ring) != TFA_RING_EMPTY;
+}
+
+/* The thread beside the worker has none of the client's requests. */
+static bool is_settled(tfa_worker *w, tfa_worker_client *client)
+{
+    if (!client->at.active || client->at.place != REQUEST_AWAY)
+        return true;
+    if (!tfa_worker_long_may_go_on(w, client))
+        return false;
+    (void)tfa_worker_long_take_back(w, client);
+    return true;
+}
+
+static bool waits_for_thread(const tfa_worker_client *client)
+{
+    return client->at.active && client->at.place == REQUEST_WAITING;
 }
 
 /* Whether an attached or draining client has work that may be done. */
-static bool is_ready(tfa_worker_client *client)
+static bool is_ready(tfa_worker *w, tfa_worker_client *client)
 {
+    if (client->at.active && !tfa_worker_long_may_go_on(w, client))
+        return false;
     if (tfa_sigbus_is_lost(&client->lost)) {
-        mark_broken(client);
+        if (is_settled(w, client))
+            mark_broken(client);
         return false;
     }
     if (client->at.active)
@@ -116,10 +140,10 @@ static bool is_draining(const tfa_worker_client *client)
 }
 
 /* A client that is detached once its earlier requests are answered: no more than the ring holds. */
-static bool is_drained(tfa_worker_client *client)
+static bool is_drained(tfa_worker *w, tfa_worker_client *client)
 {
     return client->drained >= client->ring.layout.slots || client->drain_ns > DRAIN_NS ||
-           !is_ready(client);
+           !(client->at.active || is_ready(w, client));
 }
 
 /* Lists the clients that have work. @return how many */
@@ -130,12 +154,12 @@ static uint32_t collect_ready(tfa_worker *w)
     for (uint32_t i = 0; i < used; i++) {
         tfa_worker_client *client = &w->clients[i];
         const uint32_t state = atomic_load_explicit(&client->state, memory_order_acquire);
-        if (state == CLIENT_DETACHING) /* R7 */
+        const bool leaves = state == CLIENT_DETACHING ||
+                            (state == CLIENT_DRAINING && is_drained(w, client)); /* R7 */
+        if (leaves && is_settled(w, client))
             mark_detached(client, state);
-        else if (state == CLIENT_DRAINING && is_drained(client)) /* R7 */
-            mark_detached(client, state);
-        else if (state == CLIENT_DRAINING ||
-                 (state == CLIENT_ATTACHED && is_ready(client))) /* R6 */
+        else if (!leaves && (state == CLIENT_DRAINING || state == CLIENT_ATTACHED) &&
+                 is_ready(w, client)) /* R6 */
             w->ready[count++] = client;
     }
     return count;
@@ -200,6 +224,8 @@ static int decode_request(const tfa_worker *w, tfa_worker_client *client, bool s
     if (!same_form)
         return decode_form(client, slot);
     tfa_wire_decode_again(&client->shape, client->scratch, &at->request);
+    if (at->request.tip_count | at->request.payload_count | at->request.locked_count)
+        at->kind = tfa_cost_kind(&at->request); /* links differ within a form */
     at->want = client->form.reply_shape.want;
     tfa_worker_move_reply(client, slot);
     return TFA_OK;
@@ -227,6 +253,38 @@ static bool copy_request(const tfa_worker_client *client)
     return tfa_wire_copy_request(&client->shape, &client->form, slot, client->scratch);
 }
 
+/* A kind that is neither measured nor bounded yet, or takes too long: it goes to the thread beside
+ * the worker, or is refused with its cost and limit, us. A self-test is answered at any cost. */
+static __attribute__((noinline)) int admit_slowly(const tfa_worker *w, tfa_worker_client *client)
+{
+    worker_request *at = &client->at;
+    const uint32_t most = at->robot->max_state_ns;
+    const uint32_t bound = tfa_cost_bound(at->robot->parts, &at->request);
+    if (!at->cost->least_ns)
+        at->cost->least_ns = bound;
+    if (at->cost->least_ns <= most || client->self_test ||
+        tfa_cost_admit_again(at->cost, bound, most, w->now))
+        return TFA_OK;
+    if (at->robot->long_self && !client->direct) {
+        at->place = REQUEST_WAITING;
+        return TFA_OK;
+    }
+    at->reply.field = TFA_FIELD_COST;
+    at->reply.index = at->cost->least_ns / 1000 + 1;
+    at->reply.state = most / 1000;
+    return TFA_E_REFUSED;
+}
+
+/* Whether a state of this kind may take the worker's time: before it begins. */
+static int admit(const tfa_worker *w, tfa_worker_client *client)
+{
+    const worker_request *at = &client->at;
+    const uint32_t most = at->robot->max_state_ns;
+    if (__builtin_expect(!most || at->cost->least_ns - 1 < most, 1))
+        return TFA_OK; /* 0 - 1 is above any limit */
+    return admit_slowly(w, client);
+}
+
 /* Takes the next request, which is there, out of the ring. @return false: the client's memory is
  * gone. Otherwise the status of its reply so far is that of its decoding. */
 static bool begin_request(tfa_worker *w, tfa_worker_client *client, uint64_t cycle_start)
@@ -242,6 +300,7 @@ static bool begin_request(tfa_worker *w, tfa_worker_client *client, uint64_t cyc
     if (sent > w->now) /* it came after the cycle began */
         w->now = tfa_worker_clock();
     at->active = true;
+    at->place = REQUEST_HERE;
     at->first = 0;
     at->want = 0;
     at->spent_ns = 0;
@@ -253,30 +312,47 @@ static bool begin_request(tfa_worker *w, tfa_worker_client *client, uint64_t cyc
     at->reply.model = 0;
     at->reply.status =
         client->direct ? take_call(w, at, line->id) : decode_request(w, client, same_form);
-    if (at->reply.status == TFA_OK)
+    if (at->reply.status == TFA_OK) {
         at->cost = tfa_cost_find(&w->costs[client->robot], at->kind);
+        at->reply.status = admit(w, client);
+    }
     return true;
+}
+
+/* A refusal says nothing about the cost of its kind. */
+static void record_cost(worker_request *at, uint32_t first, uint32_t count, uint64_t took)
+{
+    if (tfa_wire_has_answers(at->reply.status))
+        tfa_cost_record(at->cost, count, took, tfa_cost_is_plain(at->reply.answers, first, count));
 }
 
 /* Solves a part that fits a turn. @return the client's share of the time, ns */
 static uint64_t solve_part(tfa_worker *w, worker_request *at)
 {
-    const uint32_t left = at->request.count - at->first;
+    const uint32_t left = at->request.count - at->first, first = at->first;
     const uint32_t fit = left == 1 ? 1 : tfa_cost_states(at->cost, w->turn_ns); /* it divides */
     const uint32_t count = left < fit ? left : fit;
     const uint64_t before = w->now, expected = (uint64_t)at->cost->state_ns * count;
-    const int status =
+    at->reply.status =
         at->robot->solve(at->robot->self, &at->request, &at->reply, at->first, count);
-    at->reply.status = status;
     at->first += count;
     w->now = tfa_worker_clock();
     const uint64_t took = w->now - before;
     at->spent_ns += took;
-    if (tfa_wire_has_answers(status)) /* a refusal says nothing about the cost of its kind */
-        tfa_cost_record(at->cost, count, took);
+    record_cost(at, first, count, took);
     /* far beyond its cost, the time was lost to another program */
     const uint64_t most = 8 * expected + w->turn_ns;
     return took < most ? took : most;
+}
+
+/* From the thread beside the worker. @return the client's share, ns */
+static uint64_t take_back(tfa_worker *w, tfa_worker_client *client)
+{
+    worker_request *at = &client->at;
+    at->spent_ns = tfa_worker_long_take_back(w, client);
+    w->now = tfa_worker_clock();
+    record_cost(at, 0, at->request.count, at->spent_ns);
+    return at->spent_ns;
 }
 
 static void finish_call(const tfa_worker *w, const worker_request *at)
@@ -336,12 +412,21 @@ static void finish_request(const tfa_worker *w, tfa_worker_client *client)
 static bool serve(tfa_worker *w, tfa_worker_client *client, uint64_t cycle_start)
 {
     worker_request *at = &client->at;
+    if (waits_for_thread(client)) { /* since another cycle: all that wait, in fair order */
+        if (tfa_worker_long_may_go_on(w, client))
+            tfa_worker_long_give(w, client);
+        return true;
+    }
     if (!at->active && !begin_request(w, client, cycle_start)) {
         mark_broken(client);
         return false;
     }
+    if (waits_for_thread(client))
+        return true;
     if (at->reply.status == TFA_OK || at->first) {
-        const uint64_t took = solve_part(w, at);
+        /* meanwhile another kind may have taken its row */
+        at->cost = tfa_cost_find(&w->costs[client->robot], at->kind);
+        const uint64_t took = at->place == REQUEST_AWAY ? take_back(w, client) : solve_part(w, at);
         client->virtual_ns += took;
         client->drain_ns += is_draining(client) ? took : 0;
     }
@@ -401,7 +486,8 @@ uint32_t tfa_worker_cycle(tfa_worker *w)
             if (client->virtual_ns > w->virtual_clock)
                 w->virtual_clock = client->virtual_ns;
             pieces += serve(w, client, start);
-            if (!is_ready(client))
+            if (waits_for_thread(client) || /* in the next cycle, among all that do */
+                !is_ready(w, client))
                 w->ready[k] = w->ready[--count];
         } while (count && w->now - start < w->turn_ns);
     }

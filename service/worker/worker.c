@@ -61,6 +61,7 @@ int tfa_worker_create(const tfa_worker_options *options, tfa_worker **worker)
         return TFA_E_MEMORY;
     memset(w, 0, sizeof *w);
     pthread_mutex_init(&w->mutex, NULL);
+    sem_init(&w->long_states.given, 0, 0);
     w->epoll = w->wake_event = -1;
     w->robot_count = options->robot_count;
     w->spin_ns = options->spin_ns;
@@ -102,6 +103,7 @@ void tfa_worker_destroy(tfa_worker *w)
     if (w->wake_event >= 0)
         close(w->wake_event);
     pthread_mutex_destroy(&w->mutex);
+    sem_destroy(&w->long_states.given);
     if (w->own_statistics)
         munmap(w->own_statistics, w->own_bytes);
     free(w->warm_up.reply);
@@ -165,7 +167,7 @@ static void show_asleep(const tfa_worker *w, uint32_t used, uint32_t asleep)
 static bool has_work(const tfa_worker *w, uint32_t used)
 {
     for (uint32_t i = 0; i < used; i++)
-        if (is_attached(&w->clients[i]) && tfa_worker_client_has_work(&w->clients[i]))
+        if (is_attached(&w->clients[i]) && tfa_worker_client_has_work(w, &w->clients[i]))
             return true;
     return false;
 }
@@ -239,5 +241,6 @@ void tfa_worker_run(tfa_worker *w)
     const uint64_t end = tfa_worker_clock() + DRAIN_NS;
     while (tfa_worker_cycle(w) && w->now < end)
         ;
+    tfa_worker_long_settle(w);
     atomic_store_explicit(&w->phase, WORKER_ENDED, memory_order_release); /* A10 */
 }

@@ -64,12 +64,17 @@ typedef int (*tfa_solver)(void *self, tfa_request *request, tfa_reply *reply, ui
  */
 typedef void (*tfa_warm_up)(void *self, const tfa_request *request, tfa_reply *reply);
 
+struct tfa_cost_parts; /* cost_bound.h */
+
 /** A robot, for a worker */
 typedef struct tfa_worker_robot {
     tfa_wire_shape shape; /**< max_batch, max_tips: the most that any client may have */
     tfa_solver solve;
     tfa_warm_up warm_up; /**< NULL: its requests are not solved again */
     void *self;          /**< this worker's own (a workspace) */
+    uint32_t max_state_ns; /**< requests of kinds whose states take longer are refused; 0: none */
+    void *long_self;       /**< NULL, or `self` for them, in the thread of tfa_worker_long_run */
+    const struct tfa_cost_parts *parts; /**< NULL: kinds that were not measured are refused, too */
 } tfa_worker_robot;
 
 /** Where a worker counts: blocks of the daemon's statistics. */
@@ -117,6 +122,14 @@ void tfa_worker_rest(tfa_worker *worker);
 /** Cycles, waits as the options say, until tfa_worker_stop; then answers the requests in the rings,
  *  for a tenth of a second at most. */
 void tfa_worker_run(tfa_worker *worker);
+
+/* ---- a thread beside it ---- */
+
+/** Answers requests of shared-memory clients whose states take longer than max_state_ns, one at a
+ *  time, until tfa_worker_long_stop. */
+void tfa_worker_long_run(tfa_worker *worker);
+/** Lets tfa_worker_long_run return; after the worker's end. */
+void tfa_worker_long_stop(tfa_worker *worker);
 
 /* ---- other threads ---- */
 

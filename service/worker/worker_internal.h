@@ -1,11 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Shared declarations of a worker: worker.c (its thread), turn.c (requests), warm_up.c (requests
- * solved again), tap.c (requests recorded), worker_client.c (all other threads).
+ * Shared declarations of a worker: worker.c (its thread), turn.c (requests), long_states.c
+ * (requests of another thread), warm_up.c (requests solved again), tap.c (requests recorded),
+ * worker_client.c (all other threads).
  */
 #ifndef TFA_SERVICE_WORKER_WORKER_INTERNAL_H
 #define TFA_SERVICE_WORKER_WORKER_INTERNAL_H
+
+#include <semaphore.h>
 
 #include "worker/cost.h"
 #include "worker/robot_taps.h"
@@ -24,9 +27,13 @@ enum worker_client_state {
 
 enum worker_phase { WORKER_IDLE, WORKER_RUNNING, WORKER_ENDED };
 
+/* Where a request under way is: long_states.c */
+enum worker_place { REQUEST_HERE, REQUEST_WAITING, REQUEST_AWAY };
+
 /* A request under way: between two parts of it the worker serves others. */
 typedef struct worker_request {
     bool active;
+    uint8_t place;                 /* enum worker_place */
     uint32_t first;                /* states answered so far */
     uint64_t want;                 /* blocks of the reply */
     uint64_t received, start;      /* CLOCK_MONOTONIC ns */
@@ -50,6 +57,16 @@ typedef struct worker_warm_up {
 } worker_warm_up;
 
 #define TFA_WARM_UP_REPLY_BYTES 16384
+
+enum worker_long_phase { LONG_IDLE, LONG_GIVEN, LONG_DONE };
+
+/* Requests that another thread answers. */
+typedef struct worker_long_states {
+    sem_t given;
+    _Atomic uint32_t phase; /* enum worker_long_phase: A17, A18, R17, R18 */
+    worker_request *at;     /* the thread's while GIVEN, and its time */
+    uint64_t took_ns;
+} worker_long_states;
 
 /* Everything but state and statistics is written while FREE and constant while ATTACHED; the
  * members marked "worker" belong to the worker's thread then. */
@@ -107,6 +124,7 @@ struct tfa_worker {
     uint64_t owed_ns;  /* of rest */
     uint64_t owed_for; /* time until which it is counted */
     worker_warm_up warm_up;
+    worker_long_states long_states;
     tfa_worker_client *ready[TFA_WORKER_CLIENTS_MAX]; /* of a cycle */
 
     int epoll, wake_event; /* wake_event: in epoll */
@@ -129,8 +147,8 @@ static inline void tfa_worker_prefetch_tally(const tfa_worker_client *client)
 
 /* ---- turn.c ---- */
 
-/* The client has a request under way or in its ring. */
-bool tfa_worker_client_has_work(const tfa_worker_client *client);
+/* The client has a request that can go on, or one in its ring. */
+bool tfa_worker_client_has_work(const tfa_worker *worker, const tfa_worker_client *client);
 
 /* The reply goes to this slot. */
 static inline void tfa_worker_move_reply(tfa_worker_client *client, void *slot)
@@ -155,6 +173,17 @@ static inline void tfa_worker_tap_request(const tfa_worker *w, tfa_worker_client
 
 /* After a cycle without work: spins, solves a request again, naps or sleeps. */
 void tfa_worker_wait(tfa_worker *worker);
+
+/* ---- long_states.c ---- */
+
+/* A request that waits for the thread, or is there, can go on. */
+bool tfa_worker_long_may_go_on(const tfa_worker *worker, const tfa_worker_client *client);
+/* The thread is idle and takes a waiting request. */
+void tfa_worker_long_give(tfa_worker *worker, tfa_worker_client *client);
+/* It has come back, with the reply. @return ns that it took */
+uint64_t tfa_worker_long_take_back(tfa_worker *worker, tfa_worker_client *client);
+/* After the worker's end: waits for the state that the thread is at. */
+void tfa_worker_long_settle(tfa_worker *worker);
 
 /* ---- warm_up.c ---- */
 

@@ -5,6 +5,7 @@
  */
 #include "test_worker.h"
 
+#include "worker/cost_bound.h"
 #include "worker/worker.h"
 
 #include <pthread.h>
@@ -21,6 +22,17 @@ static solver solvers[2 * TEST_ROBOTS]; /* the worker's, the gateway's */
 static tfa_worker_robot served[2 * TEST_ROBOTS];
 static pthread_t thread;
 static pthread_mutex_t gate = PTHREAD_MUTEX_INITIALIZER; /* locked: the worker's answers are held */
+
+/* Many tips are long, all else is short, whatever the machine. */
+static const tfa_cost_parts *make_parts(void)
+{
+    static tfa_cost_parts parts = {.tips = {0, 1, 3, TFA_DEFAULT_TIPS, TFA_DEFAULT_TIPS}};
+    for (int op = 1; op <= TFA_OP_LAST; op++)
+        for (int method = 0; method < TFA_COST_METHODS; method++)
+            for (int k = 0; k < TFA_COST_POINTS; k++)
+                parts.of[op][method].plain.at[k] = 1000 + 10000 * parts.tips[k];
+    return &parts;
+}
 
 static int solve(void *self, tfa_request *request, tfa_reply *reply, uint32_t first, uint32_t count)
 {
@@ -63,6 +75,7 @@ struct tfa_worker *test_worker_start(const test_robot robots[TEST_ROBOTS], uint3
                       .max_tips = TFA_DEFAULT_TIPS},
             .solve = solve,
             .self = &solvers[i],
+            .parts = make_parts(),
         };
     }
     const tfa_worker_options options = {

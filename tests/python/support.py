@@ -129,7 +129,7 @@ def daemon(robots, options=""):
             f"  - name: {name}\n    urdf: {ROBOTS / (file + '.urdf')}\n    base: {base}\n{options}"
             for name, file, base in robots
         )
-        config.write_text(f"runtime_dir: {folder}/run\ndds:\n  enabled: false\nrobots:\n{entries}")
+        config.write_text(f"runtime_dir: {folder}/run\nmax_state_us: 0\ndds:\n  enabled: false\nrobots:\n{entries}")
         with open(f"{folder}/log", "w") as log:
             process = guard.start([DAEMON, str(config)], stdout=log, stderr=log)
         try:

@@ -7,6 +7,7 @@
 
 #include "fuzz/random.h"
 #include "raw_client.h"
+#include "support/any_request.h"
 #include "test.h"
 
 #include <linux/futex.h>
@@ -21,6 +22,7 @@
 #include <unistd.h>
 
 int attack_parked = 500;
+const char *attack_robot = "arm";
 
 static _Atomic unsigned long *steps; /* shared with the process of the sessions */
 
@@ -29,9 +31,10 @@ static void count_step(void)
     atomic_fetch_add_explicit(steps, 1, memory_order_relaxed);
 }
 
-static tfa_client *connect_session(const harness *h, uint32_t batch, tfa_wait wait)
+static tfa_client *connect_session(const harness *h, const char *robot, uint32_t batch,
+                                   tfa_wait wait)
 {
-    tfa_client_options options = harness_options(h, "arm");
+    tfa_client_options options = harness_options(h, robot);
     tfa_client *client;
     options.max_batch = batch;
     options.slots = 4;
@@ -53,7 +56,7 @@ static void ask_for_ever(const harness *h, uint32_t batch, uint32_t tips, uint32
 {
     static double zeros[64 * 7];
     tfa_client *client = NULL;
-    if (!WAIT_FOR((client = connect_session(h, batch, TFA_WAIT_BLOCK)) != NULL))
+    if (!WAIT_FOR((client = connect_session(h, "arm", batch, TFA_WAIT_BLOCK)) != NULL))
         _exit(1);
     tfa_request r = {.op = TFA_OP_FORWARD_DYNAMICS,
                      .refine = TFA_REFINE_DEFAULT,
@@ -92,6 +95,28 @@ static void single_states(const harness *h)
     ask_for_ever(h, 1, 0, 0);
 }
 
+/* Everything that can be asked of one state, by every method, with up to 8 tips anywhere. */
+static void every_kind(const harness *h)
+{
+    static _Atomic uint64_t seeds = 1;
+    struct random_source bits = {atomic_fetch_add(&seeds, 1)};
+    tfa_client *client = NULL;
+    if (!WAIT_FOR((client = connect_session(h, attack_robot, 1, TFA_WAIT_BLOCK)) != NULL))
+        _exit(1);
+    const tfa_client_info *info = tfa_client_get_info(client);
+    for (;;) {
+        tfa_reply reply = {0};
+        tfa_request r = any_request((unsigned)(random_next(&bits) % ANY_REQUESTS), info);
+        r.op = (tfa_op)(1 + random_next(&bits) % TFA_OP_LAST);
+        r.count = 1;
+        r.tip_count = (uint32_t)(random_next(&bits) % (TFA_DEFAULT_TIPS + 1));
+        for (uint32_t k = 0; k < r.tip_count; k++)
+            r.tips[k] = (uint32_t)(random_next(&bits) % info->frame_count);
+        (void)tfa_client_call(client, &r, &reply, WAIT_NS, NULL);
+        count_step();
+    }
+}
+
 /* Random bytes in every slot, refused or answered. */
 static void garbage(const harness *h)
 {
@@ -125,7 +150,7 @@ static void bad_hellos(const harness *h)
 static void connections(const harness *h)
 {
     for (;; count_step())
-        tfa_client_close(connect_session(h, 1, TFA_WAIT_BLOCK));
+        tfa_client_close(connect_session(h, "arm", 1, TFA_WAIT_BLOCK));
 }
 
 static void doorbells(const harness *h)
@@ -194,6 +219,7 @@ const attack attacks[] = {
     {"batches of 32 states", 31, batches, 100, false},
     {"batches of 64, 4 tips, spectra", 16, large_batches, 32, false},
     {"single states, full rings", 31, single_states, 1000, false},
+    {"every kind of request", 4, every_kind, 4000, false},
     {"garbage in slots", 8, garbage, 1000, false},
     {"bad hellos", 4, bad_hellos, 100, true},
     {"connections", 4, connections, 40, true},

@@ -26,6 +26,9 @@ extern const size_t attack_count;
 /** Threads on one futex word. */
 extern int attack_parked;
 
+/** Of which every kind of request is asked. */
+extern const char *attack_robot;
+
 /** Takes a processor and asks for nothing. */
 void attack_loop(const harness *h);
 

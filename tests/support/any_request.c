@@ -30,7 +30,7 @@ tfa_request any_request(unsigned i, const tfa_client_info *info)
     static const double loads[2 * TFA_PAYLOAD_NUMBERS] = {0.5, 0.1,  0, 0.2,  0.01, 0.001,
                                                           0,   0.02, 0, 0.03, 2},
                                   moon[3] = {0, 0.1, -1.62}, threshold[1] = {1e-4};
-    static uint32_t joints[1];
+    static _Thread_local uint32_t joints[1];
     const unsigned op = i % 10, flag = i / 10 % 15, choice = i / 150;
     tfa_request r = {.op = (tfa_op)op, /* 0 and 9 are none */
                      .method = (tfa_method)(choice % 3 ? 0 : (i / 7) % 18),

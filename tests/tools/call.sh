@@ -23,6 +23,7 @@ dds:
 ros2:
   enabled: true
   domain: $domain
+max_state_us: 0
 robots:
   - name: arm
     urdf: $data/arm.urdf

@@ -16,6 +16,7 @@ daemon=
 trap '[ -z "$daemon" ] || kill -9 $daemon 2>/dev/null; rm -rf "$work"' EXIT
 cat >"$work/config.yaml" <<EOF
 runtime_dir: $run
+max_state_us: 0
 robots:
   - name: arm
     urdf: $robots/arm7.urdf

@@ -32,7 +32,7 @@ class Daemon:
         self.options, self.user = options, {}
         lines = "".join(f"  - {{name: {name}, urdf: '{urdf}'{more}}}\n" for name, urdf, more in robots)
         with open(self.config, "w", encoding="utf-8") as out:
-            out.write(f"runtime_dir: {self.runtime_dir}\n{text}robots:\n{lines}")
+            out.write(f"runtime_dir: {self.runtime_dir}\nmax_state_us: 0\n{text}robots:\n{lines}")
 
     def start_daemon(self):
         with open(self.log, "w", encoding="utf-8") as log:

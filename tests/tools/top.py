@@ -52,7 +52,7 @@ class Daemon:
         self.runtime_dir = os.path.join(folder, "run")
         self.config = os.path.join(folder, "arm.yaml")
         with open(self.config, "w", encoding="utf-8") as out:
-            out.write(f"{keys}runtime_dir: {self.runtime_dir}\nrobots:\n  - name: arm\n"
+            out.write(f"{keys}runtime_dir: {self.runtime_dir}\nmax_state_us: 0\nrobots:\n  - name: arm\n"
                       f"    urdf: {SOURCE}/config/robots/arm7.urdf\n")
 
     def start(self):

@@ -307,6 +307,8 @@ typedef enum tfa_field {
     TFA_FIELD_MODES,
     TFA_FIELD_MODE_VELOCITIES,
     TFA_FIELD_BODY, /**< singular inertia: `index` is the frame of the link that names the body */
+    TFA_FIELD_COST, /**< a daemon refuses it (max_state_us): a state of this kind takes `index` us,
+                         `state` us are the most */
 } tfa_field;
 
 /** Name of a field in JSON: "q", "base_pose", ...; "" for any other number. Static storage. Any

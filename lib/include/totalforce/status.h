@@ -44,7 +44,8 @@ extern "C" {
     X(E_DISCONNECTED, -18, "no daemon",                                                            \
       "none listens at the robot's socket, or it ended: start totalforced, then reconnect")        \
     X(E_PROTOCOL, -19, "protocol error", "the peer broke the protocol or speaks another version")  \
-    X(E_REFUSED, -20, "refused", "the daemon does not serve this user, or a quota is used up")     \
+    X(E_REFUSED, -20, "refused",                                                                   \
+      "the daemon does not serve this user or such requests, or a quota is used up")               \
     X(E_SYSTEM, -21, "system call failed", "see errno")                                            \
     X(E_UNSUPPORTED, -22, "not supported", "this build or this robot cannot do that")              \
     X(E_LOST, -23, "request lost", "the daemon restarted while the request was under way: repeat") \

@@ -68,7 +68,8 @@ static void record_cost(dds_robot *robot, const tfa_worker_call *call)
 {
     if (tfa_wire_has_answers(call->reply.status))
         tfa_cost_record(tfa_cost_find(&robot->costs, tfa_cost_kind(&call->request)),
-                        call->request.count, call->t_done - call->t_start);
+                        call->request.count, call->t_done - call->t_start,
+                        tfa_cost_is_plain(call->reply.answers, 0, call->request.count));
 }
 
 /* Writes the answers of a robot that are there. @return how many */

@@ -12,6 +12,7 @@
 #include "dds/topics/dds_internal.h"
 
 #include "ipc/wire_reply.h"
+#include "worker/cost_bound.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -163,7 +164,8 @@ static void solve_here(tfa_dds *gateway, dds_robot *robot, tfa_request *request,
         return;
     }
     if (tfa_wire_has_answers(gateway_solve(&robot->own, request, &stamps, &call)))
-        tfa_cost_record(cost, request->count, call.t_done - call.t_start);
+        tfa_cost_record(cost, request->count, call.t_done - call.t_start,
+                        tfa_cost_is_plain(call.reply.answers, 0, request->count));
     tfa_dds_answer(gateway, robot, pending, &call);
     gateway_count(&robot->own, TFA_SOURCE_DDS, request, &stamps, &call);
 }
@@ -200,9 +202,11 @@ static void send_to_worker(tfa_dds *gateway, dds_robot *robot, const tfa_request
 /* A kind that was not measured may be long: its clients choose among thousands of kinds. */
 static bool is_short(const dds_robot *robot, const tfa_request *request, const tfa_cost *cost)
 {
+    const uint32_t limit = robot->own.solver.max_state_ns; /* beyond, the worker refuses it */
+    const uint32_t most = limit && limit < DIRECT_NS ? limit : DIRECT_NS;
     if (cost->state_ns == 0)
-        return request->count == 1 && tfa_cost_bound(&robot->shape, request) <= DIRECT_NS;
-    return request->count <= tfa_cost_states(cost, DIRECT_NS) && cost->state_ns <= DIRECT_NS;
+        return request->count == 1 && tfa_cost_bound(robot->own.solver.parts, request) <= most;
+    return request->count <= tfa_cost_states(cost, most) && cost->state_ns <= most;
 }
 
 /* A request that fits the robot. */

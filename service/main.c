@@ -101,8 +101,12 @@ static int join_domains(service *s)
 
 static int start_pool(service *s)
 {
-    const int status = daemon_start_pool(&s->daemon);
-    return status == TFA_OK ? daemon_prepare_robots(&s->daemon) : status;
+    return daemon_start_pool(&s->daemon);
+}
+
+static int prepare_robots(service *s)
+{
+    return daemon_prepare_robots(&s->daemon);
 }
 
 static int start_workers(service *s)
@@ -167,6 +171,7 @@ static const struct {
     {"statistics", make_statistics},
     {"dds domains", join_domains}, /* before the workers: its threads inherit priorities */
     {"pool", start_pool},
+    {"pools and times of robots", prepare_robots},
     {"workers", start_workers},
     {"privileges", drop_privileges}, /* after priorities and locks are held */
     {"self-test", self_test},

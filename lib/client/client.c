@@ -100,10 +100,7 @@ static int explain(const char *robot, const char *dir, int status, const char *c
 {
     const char *reason = tfa_connection_refusal();
     if (status == TFA_E_DISCONNECTED && *reason)
-        return snprintf(text, size,
-                        "robot '%s': the daemon at %s hung up: %s: connect again, with buffers for "
-                        "what the robot is then",
-                        robot, dir, reason);
+        return snprintf(text, size, "robot '%s': the daemon at %s hung up: %s", robot, dir, reason);
     if (status == TFA_E_DISCONNECTED)
         return snprintf(
             text, size,

@@ -98,10 +98,8 @@ uint32_t tfa_model_frame_count(const tfa_model *model)
 tfa_frame_info tfa_model_frame(const tfa_model *model, uint32_t frame)
 {
     if (frame >= model->frames)
-        return (tfa_frame_info){NULL, -1, 0};
-    const int32_t body = model->frame[frame].body;
-    const uint32_t depth = body >= 0 ? model->body[body].depth : 0;
-    return (tfa_frame_info){model->frame[frame].name, body, depth};
+        return (tfa_frame_info){NULL, -1};
+    return (tfa_frame_info){model->frame[frame].name, model->frame[frame].body};
 }
 
 int32_t tfa_model_find_frame(const tfa_model *model, const char *name)

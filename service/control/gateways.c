@@ -101,7 +101,7 @@ static int start(tfa_daemon *d, gateway_slot *g)
     int status = solvers ? TFA_OK : TFA_E_MEMORY;
     for (uint32_t i = 0; i < count && status == TFA_OK; i++)
         if (g->kind->serves(g->self, i))
-            status = daemon_make_solver(d, i, &g->solvers, &solvers[i]);
+            status = daemon_make_solver(d, i, false, &g->solvers, &solvers[i]);
     if (status == TFA_OK)
         status = g->kind->start(g->self, d->workers[0].worker, solvers);
     free(solvers);

@@ -41,6 +41,12 @@ static uint32_t sessions_of(const tfa_daemon *d, uid_t user)
 }
 
 /* A connection counts from its first moment, whether it has said HELLO or not. */
+tfa_welcome handshake_welcome(void)
+{
+    return (tfa_welcome){
+        .magic = TFA_HANDSHAKE_MAGIC, .abi = TFA_HANDSHAKE_ABI, .daemon_pid = (int32_t)getpid()};
+}
+
 int handshake_admit(tfa_daemon *d, int socket, const struct ucred *peer, tfa_welcome *w)
 {
     const config_limits *limits = &d->settings->limits;
@@ -237,8 +243,7 @@ static bool send_welcome(const tfa_daemon *d, const session *s, tfa_welcome *w)
 
 bool handshake_answer(tfa_daemon *d, session *s, const tfa_hello *hello, ssize_t size)
 {
-    tfa_welcome w = {
-        .magic = TFA_HANDSHAKE_MAGIC, .abi = TFA_HANDSHAKE_ABI, .daemon_pid = (int32_t)getpid()};
+    tfa_welcome w = handshake_welcome();
     int status;
     if (size != (ssize_t)sizeof *hello)
         status =

@@ -107,7 +107,7 @@ static int make_solvers(const tfa_daemon *d, reload *r)
             int status =
                 r->changed[i] && now && now[i]
                     ? tfa_robot_solver_create(&r->robot_set.robots[i], &settings_in_effect(d)->pool,
-                                              &r->solvers[k][i])
+                                              k < d->settings->workers, &r->solvers[k][i])
                     : TFA_OK;
             if (status != TFA_OK)
                 return status;

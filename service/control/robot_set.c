@@ -151,7 +151,7 @@ static tfa_wait worker_wait(const config *settings)
     return wait;
 }
 
-int daemon_make_solver(const tfa_daemon *d, uint32_t i, tfa_robot_solver ***solvers,
+int daemon_make_solver(const tfa_daemon *d, uint32_t i, bool of_worker, tfa_robot_solver ***solvers,
                        tfa_worker_robot *made)
 {
     const tfa_robot *robot = &d->robot_set.robots[i];
@@ -159,7 +159,8 @@ int daemon_make_solver(const tfa_daemon *d, uint32_t i, tfa_robot_solver ***solv
         *solvers = calloc(d->robot_set.count, sizeof **solvers);
     if (!*solvers)
         return TFA_E_MEMORY;
-    const int status = tfa_robot_solver_create(robot, &d->settings->pool, &(*solvers)[i]);
+    const int status =
+        tfa_robot_solver_create(robot, &d->settings->pool, of_worker, &(*solvers)[i]);
     if (status == TFA_OK)
         *made = tfa_robot_for_worker(robot, (*solvers)[i]);
     return status;
@@ -172,7 +173,7 @@ static int make_worker(tfa_daemon *d, daemon_worker *w)
     tfa_worker_robot *robots = calloc(f->count, sizeof *robots);
     int status = robots ? TFA_OK : TFA_E_MEMORY;
     for (uint32_t i = 0; i < f->count && status == TFA_OK; i++)
-        status = daemon_make_solver(d, i, &w->solvers, &robots[i]);
+        status = daemon_make_solver(d, i, true, &w->solvers, &robots[i]);
     if (status == TFA_OK) {
         const tfa_worker_options options = {
             .robots = robots,

@@ -44,9 +44,10 @@ TFA_CHECKED int daemon_start_pool(tfa_daemon *d);
 TFA_CHECKED int daemon_prepare_robots(tfa_daemon *d);
 TFA_CHECKED int daemon_start_workers(tfa_daemon *d);
 TFA_CHECKED int daemon_self_test(tfa_daemon *d);
-/* A solver of robot `i` of the set, into `solvers` by robot, which are made when they are NULL. */
-TFA_CHECKED int daemon_make_solver(const tfa_daemon *d, uint32_t i, tfa_robot_solver ***solvers,
-                                   tfa_worker_robot *made);
+/* A solver of robot `i` of the set, for a worker or a gateway, into `solvers` by robot, which are
+ * made when they are NULL. */
+TFA_CHECKED int daemon_make_solver(const tfa_daemon *d, uint32_t i, bool of_worker,
+                                   tfa_robot_solver ***solvers, tfa_worker_robot *made);
 void daemon_stop_workers(tfa_daemon *d);
 void daemon_free_robot_set(tfa_daemon *d);
 

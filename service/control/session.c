@@ -50,10 +50,8 @@ static void remove_client(tfa_daemon *d, session *s)
 /* The last message to a client that was attached: why it is hung up on. */
 static void say_why(const session *s, const char *why)
 {
-    tfa_welcome w = {.magic = TFA_HANDSHAKE_MAGIC,
-                     .abi = TFA_HANDSHAKE_ABI,
-                     .status = TFA_E_DISCONNECTED,
-                     .daemon_pid = (int32_t)getpid()};
+    tfa_welcome w = handshake_welcome();
+    w.status = TFA_E_DISCONNECTED;
     snprintf(w.text, sizeof w.text, "%s", why);
     (void)send(s->socket, &w, sizeof w, MSG_NOSIGNAL | MSG_DONTWAIT);
 }
@@ -70,7 +68,8 @@ static void try_drain(tfa_daemon *d, session *s)
 {
     if (!tfa_worker_drain(s->worker->worker, s->client))
         return;
-    say_why(s, "the robot has other joints, links or a base now");
+    say_why(
+        s, "the robot has other joints, links or a base now: connect again, with buffers that fit");
     remove_client(d, s);
 }
 
@@ -93,8 +92,7 @@ static void end_session(tfa_daemon *d, session *s)
 
 void session_begin(tfa_daemon *d, uint32_t robot, int socket)
 {
-    tfa_welcome w = {
-        .magic = TFA_HANDSHAKE_MAGIC, .abi = TFA_HANDSHAKE_ABI, .daemon_pid = (int32_t)getpid()};
+    tfa_welcome w = handshake_welcome();
     struct ucred peer;
     socklen_t size = sizeof peer;
     session *s = NULL;

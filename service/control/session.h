@@ -56,6 +56,8 @@ bool session_any_detaching(const tfa_daemon *d);
 
 /* ---- handshake.c: admission and handshake ---- */
 
+/* A welcome with nothing in it yet. */
+tfa_welcome handshake_welcome(void);
 /* May this process connect now? A connection counts from its first moment. @return TFA_OK; a
  * refusal, and its reason in the welcome */
 int handshake_admit(tfa_daemon *d, int socket, const struct ucred *peer, tfa_welcome *w);

@@ -87,9 +87,10 @@ bool tfa_robot_same_kernel(const tfa_robot *a, const tfa_robot *b);
 typedef struct tfa_robot_solver tfa_robot_solver;
 
 /** For a robot whose pool, if it has one, outlives it. @return TFA_OK; TFA_E_MEMORY;
- *  TFA_E_UNSUPPORTED. Every page is there when it returns. */
+ *  TFA_E_UNSUPPORTED. Every page is there when it returns. @param of_worker  with one for the
+ *  thread beside the worker, if it needs one */
 TFA_CHECKED int tfa_robot_solver_create(const tfa_robot *robot, const config_pool *pool,
-                                        tfa_robot_solver **solver);
+                                        bool of_worker, tfa_robot_solver **solver);
 /** NULL is allowed. */
 void tfa_robot_solver_free(tfa_robot_solver *solver);
 

@@ -10,6 +10,7 @@
 #include "platform/log.h"
 #include "robot.h"
 #include "worker/local_client.h"
+#include "worker/posture.h"
 
 #define RESIDUAL 1e-6 /* of the forces: a wrong model is wrong by far more, rounding by far less */
 #define SELF_TEST_NS 100000000u
@@ -30,17 +31,10 @@ static const double check_wrench[6] = {1, 2, -3, 0.3, 0.2, 0.1};
 /* A state in which nothing is zero or aligned, always the same. */
 static void set_motion(const tfa_robot *robot, motion *m)
 {
-    for (uint32_t i = 0; i < robot->shape.q_count; i++)
-        m->q[i] = 0.1 + 0.07 * (i % 11) - 0.05 * (i % 5);
+    tfa_posture_set(robot->model, 0.1, check_pose + 3, m->q);
     for (uint32_t i = 0; i < robot->shape.v_count; i++) {
         m->v[i] = 0.3 - 0.1 * (i % 7);
         m->tau[i] = 1 - 0.4 * (i % 6);
-    }
-    for (uint32_t i = 0; i < tfa_model_joint_count(robot->model); i++) {
-        const tfa_joint_info joint = tfa_model_joint(robot->model, i);
-        const int32_t quaternion = tfa_joint_type_describe(joint.type).quaternion;
-        if (quaternion >= 0)
-            memcpy(m->q + joint.q_index + quaternion, check_pose + 3, 4 * sizeof(double));
     }
 }
 
@@ -153,13 +147,9 @@ int tfa_robot_verify(const tfa_robot *robot)
 /* q = 0, but quaternions are 0 0 0 1. */
 static void set_zero(const tfa_robot *robot, double *q)
 {
+    static const double unit[4] = {0, 0, 0, 1};
     memset(q, 0, robot->shape.q_count * sizeof *q);
-    for (uint32_t i = 0; i < tfa_model_joint_count(robot->model); i++) {
-        const tfa_joint_info joint = tfa_model_joint(robot->model, i);
-        const int32_t quaternion = tfa_joint_type_describe(joint.type).quaternion;
-        if (quaternion >= 0)
-            q[joint.q_index + (uint32_t)quaternion + 3] = 1;
-    }
+    tfa_posture_set_quaternions(robot->model, unit, q);
 }
 
 static int request_zero_pose(tfa_local_client *local_client, const double *q)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The solver of a worker: a workspace of its own, and the estimate policy.
+ * The solver of a worker: a workspace of its own, and the estimate policy; what it takes.
  */
 #include <stdlib.h>
 #include <string.h>
@@ -75,7 +75,8 @@ static int make_workspace(const tfa_robot *robot, tfa_robot_solver *solver)
     return tfa_workspace_init(solver->memory, size, robot->model, &options, &solver->workspace);
 }
 
-static int create(const tfa_robot *robot, const config_pool *pool, tfa_robot_solver **solver)
+int tfa_robot_solver_create(const tfa_robot *robot, const config_pool *pool, bool of_worker,
+                            tfa_robot_solver **solver)
 {
     *solver = NULL;
     tfa_robot_solver *made = aligned_alloc(ALIGNMENT, sizeof *made);
@@ -89,25 +90,14 @@ static int create(const tfa_robot *robot, const config_pool *pool, tfa_robot_sol
                                .every = robot->config->estimate_every,
                                .until_next = robot->config->estimate_every};
     int status = make_workspace(robot, made);
+    if (status == TFA_OK && of_worker && pool->threads && robot->max_state_us)
+        status = tfa_robot_solver_create(robot, pool, false, &made->beside);
     if (status != TFA_OK) {
         tfa_robot_solver_free(made);
         return status;
     }
     *solver = made;
     return TFA_OK;
-}
-
-int tfa_robot_solver_create(const tfa_robot *robot, const config_pool *pool,
-                            tfa_robot_solver **solver)
-{
-    int status = create(robot, pool, solver);
-    if (status == TFA_OK && pool->threads && robot->max_state_us)
-        status = create(robot, pool, &(*solver)->beside);
-    if (status != TFA_OK) {
-        tfa_robot_solver_free(*solver);
-        *solver = NULL;
-    }
-    return status;
 }
 
 void tfa_robot_solver_free(tfa_robot_solver *solver)
@@ -146,7 +136,7 @@ static void check_time(const tfa_robot *robot)
 static int measure(tfa_robot *robot, const config *settings)
 {
     tfa_robot_solver *solver;
-    int status = create(robot, &settings->pool, &solver);
+    int status = tfa_robot_solver_create(robot, &settings->pool, false, &solver);
     if (status != TFA_OK)
         return status;
     robot->parts = calloc(1, sizeof *robot->parts);

@@ -5,6 +5,8 @@
  */
 #include "worker/cost.h"
 
+#include "ipc/wire_blocks.h"
+
 /* Lanes of the widest batch kernel: f32 with AVX-512. */
 #define LANES 16
 
@@ -81,14 +83,27 @@ bool tfa_cost_admit_again(tfa_cost *cost, uint32_t bound_ns, uint32_t most_ns, u
     return true;
 }
 
-void tfa_cost_record(tfa_cost *cost, uint32_t states, uint64_t ns, bool plain)
+/* Of answers that took no longer than their kind. */
+static bool is_plain(const tfa_answer *answers, uint32_t first, uint32_t count)
 {
+    uint32_t flags = 0;
+    for (uint32_t k = 0; answers && k < count; k++)
+        flags |= answers[first + k].flags;
+    return !(flags & (TFA_ANSWER_FALLBACK | TFA_ANSWER_INACCURATE | TFA_ANSWER_STALLED |
+                      TFA_ANSWER_NOT_FINITE | TFA_ANSWER_SENTINEL | TFA_ANSWER_RANK_LOSS));
+}
+
+void tfa_cost_record(tfa_cost *cost, const tfa_reply *reply, uint32_t first, uint32_t states,
+                     uint64_t ns)
+{
+    if (!tfa_wire_has_answers(reply->status))
+        return;
     const uint64_t each = (states > 1 ? ns / states : ns) + 1;
     const uint32_t measured = each < UINT32_MAX ? (uint32_t)each : UINT32_MAX;
     if (measured > cost->state_ns)
         cost->state_ns = measured;
     else
         cost->state_ns -= (cost->state_ns - measured) / 2;
-    if (plain)
+    if (is_plain(reply->answers, first, states))
         record_least(cost, measured);
 }

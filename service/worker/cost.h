@@ -54,20 +54,11 @@ static inline tfa_cost *tfa_cost_find(tfa_cost_table *table, uint64_t kind)
  *  lanes where there is room for one. */
 uint32_t tfa_cost_states(const tfa_cost *cost, uint64_t budget_ns);
 
-/** Answers first .. first + count - 1 took no longer than their kind: none tripped the sentinel,
- *  fell back or lost rank. */
-static inline bool tfa_cost_is_plain(const tfa_answer *answers, uint32_t first, uint32_t count)
-{
-    uint32_t flags = 0;
-    for (uint32_t k = 0; answers && k < count; k++)
-        flags |= answers[first + k].flags;
-    return !(flags & (TFA_ANSWER_FALLBACK | TFA_ANSWER_INACCURATE | TFA_ANSWER_STALLED |
-                      TFA_ANSWER_NOT_FINITE | TFA_ANSWER_SENTINEL | TFA_ANSWER_RANK_LOSS));
-}
-
-/** Records that `states` states took `ns`. @param plain  tfa_cost_is_plain: only those say
- *  what the kind costs other clients. */
-void tfa_cost_record(tfa_cost *cost, uint32_t states, uint64_t ns, bool plain);
+/** Records that the states first .. first + states - 1 of a reply took `ns`. One without answers
+ *  says nothing about its kind; answers that tripped the sentinel, fell back or lost rank took
+ *  longer than their kind costs other clients. */
+void tfa_cost_record(tfa_cost *cost, const tfa_reply *reply, uint32_t first, uint32_t states,
+                     uint64_t ns);
 
 /** A kind that `least_ns` refuses: once a second it starts anew at its bound, so that a time in
  *  which the machine was slow passes. @return it is admitted */

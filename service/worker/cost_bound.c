@@ -11,6 +11,7 @@
 
 #include "ipc/wire.h"
 #include "ipc/wire_reply.h"
+#include "worker/posture.h"
 
 #define CALLS 3    /* the shortest one counts; two that are near each other suffice */
 #define MARGIN 1.5 /* on the sum: docs/tuning.md */
@@ -70,12 +71,16 @@ typedef struct meter {
     tfa_request request;
     double *q[2]; /* in turns: a solver may keep the factors of the last one */
     double *numbers;
-    double payloads[TFA_MAX_PAYLOADS][TFA_PAYLOAD_NUMBERS];
     void *reply;
 } meter;
 
 static const double pose[7] = {0, 0, 0, 0, 0, 0.6, 0.8};
-static const double payload[TFA_PAYLOAD_NUMBERS] = {1, 0, 0, 0.01, 0.01, 0, 0, 0.01, 0, 0.01};
+#define PAYLOAD                                                                                    \
+    {                                                                                              \
+        1, 0, 0, 0.01, 0.01, 0, 0, 0.01, 0, 0.01                                                   \
+    }
+static const double payloads[TFA_MAX_PAYLOADS][TFA_PAYLOAD_NUMBERS] = {PAYLOAD, PAYLOAD, PAYLOAD,
+                                                                       PAYLOAD};
 static const uint32_t first_joint[1];
 
 static void set_arrays(meter *m)
@@ -90,53 +95,51 @@ static void set_arrays(meter *m)
                        .task_acceleration = x,
                        .wrenches = x,
                        .locked = first_joint,
-                       .payloads = m->payloads[0]};
+                       .payloads = payloads[0]};
     if (m->robot->shape.base_freedoms) {
         r->base_pose = pose;
         r->base_twist = r->base_wrench = r->base_acceleration = x;
     }
-    for (int k = 0; k < TFA_MAX_PAYLOADS; k++)
-        memcpy(m->payloads[k], payload, sizeof payload);
 }
 
-/* The deepest frame that lies on none of the bodies of the tips before. */
-static uint32_t deepest_frame(const tfa_model *model, const uint32_t *tips, uint32_t count)
+/* The deepest frame of a body that is not taken; `none`: there is none. @param depth  by body; 0:
+ * taken */
+static uint32_t deepest_frame(const tfa_model *model, const uint32_t *depth, uint32_t none)
 {
-    uint32_t best = tips[0], depth = 0;
+    uint32_t best = none, most = 0;
     for (uint32_t i = 0; i < tfa_model_frame_count(model); i++) {
-        const tfa_frame_info frame = tfa_model_frame(model, i);
-        bool taken = frame.depth <= depth;
-        for (uint32_t j = 0; j < count && !taken; j++)
-            taken = tfa_model_frame(model, tips[j]).body == frame.body;
-        if (!taken) {
+        const int32_t body = tfa_model_frame(model, i).body;
+        if (body >= 0 && depth[body] > most) {
             best = i;
-            depth = frame.depth;
+            most = depth[body];
         }
     }
     return best;
 }
 
 /* Deep ones and some all over the tree in turns: which cost more depends on the method. */
-static void set_tips(const tfa_model *model, tfa_request *r)
+static int set_tips(const tfa_model *model, tfa_request *r)
 {
     const uint32_t frames = tfa_model_frame_count(model);
-    for (uint32_t k = 0; k < TFA_MAX_TIPS; k++)
+    const uint32_t bodies = tfa_model_summarise(model).bodies;
+    uint32_t *depth = calloc((size_t)bodies + 1, sizeof *depth);
+    if (!depth)
+        return TFA_E_MEMORY;
+    for (uint32_t i = 0; i < bodies; i++) {
+        const int32_t parent = tfa_model_body_parent(model, i);
+        depth[i] = 1 + (parent < 0 ? 0 : depth[parent]);
+    }
+    for (uint32_t k = 0; k < TFA_MAX_TIPS; k++) {
         r->tips[k] = k % 2 ? (uint32_t)((uint64_t)frames * ((k * 5 / 2) % 16 + 1) / 17)
-                           : deepest_frame(model, r->tips, k);
+                           : deepest_frame(model, depth, r->tips[0]);
+        const int32_t body = tfa_model_frame(model, r->tips[k]).body;
+        if (body >= 0)
+            depth[body] = 0;
+    }
     for (uint32_t k = 0; k < TFA_MAX_WRENCHES; k++)
         r->wrench_frames[k] = r->payload_frames[k % TFA_MAX_PAYLOADS] = r->tips[0];
-}
-
-static void set_q(const tfa_model *model, double *q, double offset)
-{
-    for (uint32_t i = 0; i < tfa_model_q_count(model); i++)
-        q[i] = offset + 0.07 * (i % 11) - 0.05 * (i % 5);
-    for (uint32_t i = 0; i < tfa_model_joint_count(model); i++) {
-        const tfa_joint_info joint = tfa_model_joint(model, i);
-        const int32_t quaternion = tfa_joint_type_describe(joint.type).quaternion;
-        if (quaternion >= 0)
-            memcpy(q + joint.q_index + quaternion, pose + 3, 4 * sizeof *q);
-    }
+    free(depth);
+    return TFA_OK;
 }
 
 static void close_meter(meter *m)
@@ -161,11 +164,13 @@ static int open_meter(const tfa_model *model, const tfa_worker_robot *robot, met
     m->numbers = m->q[1] + q;
     for (size_t i = 0; i < states; i++)
         m->numbers[i] = 0.3 - 0.1 * (double)(i % 7);
-    set_q(model, m->q[0], 0.1);
-    set_q(model, m->q[1], 0.2);
+    tfa_posture_set(model, 0.1, pose + 3, m->q[0]);
+    tfa_posture_set(model, 0.2, pose + 3, m->q[1]);
     set_arrays(m);
-    set_tips(model, &m->request);
-    return TFA_OK;
+    const int status = set_tips(model, &m->request);
+    if (status != TFA_OK)
+        close_meter(m);
+    return status;
 }
 
 /* ---- measuring ---- */

@@ -319,13 +319,6 @@ static bool begin_request(tfa_worker *w, tfa_worker_client *client, uint64_t cyc
     return true;
 }
 
-/* A refusal says nothing about the cost of its kind. */
-static void record_cost(worker_request *at, uint32_t first, uint32_t count, uint64_t took)
-{
-    if (tfa_wire_has_answers(at->reply.status))
-        tfa_cost_record(at->cost, count, took, tfa_cost_is_plain(at->reply.answers, first, count));
-}
-
 /* Solves a part that fits a turn. @return the client's share of the time, ns */
 static uint64_t solve_part(tfa_worker *w, worker_request *at)
 {
@@ -339,7 +332,7 @@ static uint64_t solve_part(tfa_worker *w, worker_request *at)
     w->now = tfa_worker_clock();
     const uint64_t took = w->now - before;
     at->spent_ns += took;
-    record_cost(at, first, count, took);
+    tfa_cost_record(at->cost, &at->reply, first, count, took);
     /* far beyond its cost, the time was lost to another program */
     const uint64_t most = 8 * expected + w->turn_ns;
     return took < most ? took : most;
@@ -351,7 +344,7 @@ static uint64_t take_back(tfa_worker *w, tfa_worker_client *client)
     worker_request *at = &client->at;
     at->spent_ns = tfa_worker_long_take_back(w, client);
     w->now = tfa_worker_clock();
-    record_cost(at, 0, at->request.count, at->spent_ns);
+    tfa_cost_record(at->cost, &at->reply, 0, at->request.count, at->spent_ns);
     return at->spent_ns;
 }
 

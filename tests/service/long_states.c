@@ -4,7 +4,7 @@
  * max_state_us in the real daemon: refused by name without a pool, answered beside the worker with
  * one, by the same bits, whoever leaves meanwhile.
  */
-#include "harness.h"
+#include "attacks.h"
 #include "models.h"
 #include "test.h"
 
@@ -125,12 +125,6 @@ static pid_t start_asking(const harness *h)
             (void)tfa_client_receive(client, &reply, WAIT_NS, NULL);
 }
 
-static void end(pid_t child)
-{
-    assert_int_equal(kill(child, SIGKILL), 0);
-    assert_int_equal(waitpid(child, NULL, 0), child);
-}
-
 /* Clients are killed and solvers exchanged while the thread is at their requests; the daemon ends
  * while it is. */
 TEST(meanwhile_others_leave)
@@ -146,15 +140,15 @@ TEST(meanwhile_others_leave)
         for (int i = 0; i < 10; i++)
             assert_int_equal(ask_arm(arm, i, qdd, WAIT_NS), TFA_OK);
         assert_int_equal(tfa_client_call(walker, &r, &reply, WAIT_NS, NULL), TFA_OK);
-        end(children[k % 2]);
+        attack_stop(children[k % 2]);
         harness_reload(&h, k % 2 ? WALKER ARM : WALKER "    estimate: always\n" ARM, BESIDE);
         assert_int_equal(tfa_client_call(walker, &r, &reply, WAIT_NS, NULL), TFA_OK);
-        end(children[1 - k % 2]);
+        attack_stop(children[1 - k % 2]);
     }
     const pid_t child = start_asking(&h);
     usleep(100000);
     assert_int_equal(harness_stop(&h, SIGTERM), 0);
-    end(child);
+    attack_stop(child);
 }
 
 int main(void)

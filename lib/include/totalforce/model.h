@@ -212,7 +212,6 @@ typedef struct tfa_body_info {
 typedef struct tfa_frame_info {
     const char *name; /**< of the link */
     int32_t body;     /**< body that carries the frame; -1: fixed to the world */
-    uint32_t depth;   /**< bodies on the path from the root to it, that one included */
 } tfa_frame_info;
 
 /** A mode of a flexible link: one modal coordinate of requests. */

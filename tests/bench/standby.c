@@ -3,7 +3,8 @@
  *
  * Hot standby, measured: how long nobody answers when the daemon that leads is killed, stopped or
  * ended, and whether a leader is replaced for nothing while a standby is stopped and in SECONDS of
- * full load. Prints figures for a machine that has nothing else to do; they are no verdict.
+ * full load; and how long a foreign program waits in dds_write for a killed daemon if its writer
+ * keeps all. Prints figures for a machine that has nothing else to do; they are no verdict.
  *
  *   bench_standby [TRIALS [SECONDS [LEASE_MS]]]    10 of each kind, 60, 500
  *
@@ -11,6 +12,8 @@
  * for nothing, that is while all processors run.
  */
 #include "dds/standby_pair.h"
+#include "dds/topics/dds_convert.h"
+#include "dds/topics/dds_topics.h"
 #include "stalls.h"
 #include "test.h"
 
@@ -66,6 +69,45 @@ static void stop_standby(void)
                   trials, pair_leaderships() - before);
 }
 
+/* Both daemons read what it writes; neither serves the robot. */
+static dds_entity_t make_foreign_writer(dds_entity_t participant, bool keep_all)
+{
+    dds_publication_matched_status_t matched = {0};
+    dds_qos_t *qos = dds_create_qos();
+    dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(60));
+    dds_qset_history(qos, keep_all ? DDS_HISTORY_KEEP_ALL : DDS_HISTORY_KEEP_LAST, 256);
+    const dds_entity_t writer = dds_create_writer(
+        participant, tfa_dds_create_topic(participant, TFA_DDS_REQUEST), qos, NULL);
+    dds_delete_qos(qos);
+    assert_true(WAIT_FOR(dds_get_publication_matched_status(writer, &matched) == 0 &&
+                         matched.current_count == 2));
+    return writer;
+}
+
+static void measure_foreign_writer(bool keep_all)
+{
+    double numbers[1000] = {0};
+    totalforce_dds_Request request = {.q = {1000, 1000, numbers, false}};
+    const dds_entity_t participant = dds_create_participant(pair.domain, NULL, NULL);
+    const dds_entity_t writer = make_foreign_writer(participant, keep_all);
+    harness *const killed = pair.leader;
+    uint64_t longest = 0;
+    assert_true(tfa_dds_set_robot(request.robot, "nobody"));
+    pair_kill_leader();
+    for (const uint64_t end = now_ns() + 12 * (uint64_t)DDS_SECS(1); now_ns() < end;) {
+        const uint64_t start = now_ns();
+        assert_int_equal(dds_write(writer, &request), DDS_RETCODE_OK);
+        const uint64_t ns = now_ns() - start;
+        longest = ns > longest ? ns : longest;
+        sleep_ms(1);
+    }
+    print_message("a foreign writer that keeps %s waited for the killed leader for %.1f ms\n",
+                  keep_all ? "all" : "the last 256", 1e-6 * (double)longest);
+    assert_int_equal(dds_delete(participant), DDS_RETCODE_OK);
+    harness_start(killed, "arm");
+    pair_settle();
+}
+
 static void show_leadership(void)
 {
     char text[256];
@@ -104,6 +146,8 @@ TEST(standby)
     measure("SIGSTOP", pair_pause_leader);
     measure("SIGTERM", pair_end_leader);
     report_wire();
+    measure_foreign_writer(true);
+    measure_foreign_writer(false);
     stop_standby();
     load_fully();
     report_wire();

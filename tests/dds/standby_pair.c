@@ -159,7 +159,7 @@ unsigned pair_leaderships(void)
 
 void pair_start(int lease_ms)
 {
-    const uint32_t domain = test_domain();
+    const uint32_t domain = pair.domain = test_domain();
     const char *more = dds_yaml(domain, lease_ms);
     expect_answer();
     pair.nodes[0] = harness_serve(ARM, more);

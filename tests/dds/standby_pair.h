@@ -16,6 +16,7 @@
 
 typedef struct standby_pair {
     harness nodes[2];
+    uint32_t domain;
     harness *leader, *standby;
     uint64_t epoch; /* of the leader */
     _Atomic uint64_t answered, wrong, failed;

@@ -6,6 +6,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "engine/flush_to_zero.h"
 #include "engine/form.h"
 #include "engine/methods.h"
 
@@ -125,17 +126,25 @@ static inline uint32_t solve_one(const tfa_workspace *w, const struct call *c, c
     return answered;
 }
 
+static inline void compute_checked_form(tfa_workspace *w, struct tfa_form *form,
+                                        const tfa_request *r, tfa_reply *reply)
+{
+    const uint32_t answered = solve_one(w, &form->call, r, reply);
+    if (answered == 1)
+        return;
+    form->call.request = r;
+    tfa_compute_by(w, &form->call, answered == 0, 0, r->count, reply); /* not by that row again */
+}
+
 int tfa_compute_form(tfa_workspace *w, struct tfa_form *form, const tfa_request *r,
                      tfa_reply *reply)
 {
     const int status = check_form(w, form, r, reply);
     if (status != TFA_OK)
         return status;
-    const uint32_t answered = solve_one(w, &form->call, r, reply);
-    if (answered == 1)
-        return TFA_OK;
-    form->call.request = r;
-    tfa_compute_by(w, &form->call, answered == 0, 0, r->count, reply); /* not by that row again */
+    const uint64_t mode = tfa_flush_begin();
+    compute_checked_form(w, form, r, reply);
+    tfa_flush_end(mode);
     return reply->status;
 }
 
@@ -168,7 +177,9 @@ int tfa_compute_checked(tfa_workspace *w, const tfa_request *r, uint32_t first, 
         tfa_form_init(form, w, r);
     }
     form->call.request = r;
+    const uint64_t mode = tfa_flush_begin();
     tfa_compute_by(w, &form->call, 0, first, end, reply);
+    tfa_flush_end(mode);
     return reply->status;
 }
 

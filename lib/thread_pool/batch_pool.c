@@ -8,6 +8,7 @@
 #include <totalforce/batch_pool.h>
 #include <unistd.h>
 
+#include "engine/flush_to_zero.h"
 #include "engine/methods.h"
 #include "interface/parallel_for.h"
 #include "thread_pool/thread_pool.h"
@@ -46,6 +47,12 @@ struct tfa_batch_pool {
 
 /* ---- thread pools ---- */
 
+static void prepare_thread(void)
+{
+    tfa_stack_prepare();
+    (void)tfa_flush_begin(); /* for its parts of one state, until it ends */
+}
+
 int tfa_thread_pool_create(const tfa_thread_pool_options *options, tfa_thread_pool **thread_pool)
 {
     static const tfa_thread_pool_options defaults;
@@ -60,7 +67,7 @@ int tfa_thread_pool_create(const tfa_thread_pool_options *options, tfa_thread_po
                                               .spin_ns = o->spin_ns ? o->spin_ns : DEFAULT_SPIN_NS,
                                               .cpus = o->cpus,
                                               .priority = (int)o->priority,
-                                              .thread_init = tfa_stack_prepare};
+                                              .thread_init = prepare_thread};
     const int error = thread_pool_start(thread_pool, &inner);
     if (!error)
         return TFA_OK;

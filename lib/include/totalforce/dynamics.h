@@ -113,7 +113,8 @@ TFA_API int tfa_request_check(const tfa_model *model, const tfa_request *request
  * Reads the arrays of the request and writes the buffers of the reply. No allocation, no lock, no
  * system call, no output. Cost: TFA_METHOD_LIST. Thread rule: one call per workspace at a time. The
  * answer depends on model, options and request only: not on the machine's load, the batch or the
- * number of threads; between instruction sets it differs by rounding.
+ * number of threads; between instruction sets it differs by rounding. Subnormal numbers count as
+ * zero: the floating-point mode is changed meanwhile and put back.
  *
  * @return reply->status:
  *   TFA_OK              every state is answered (fallbacks: answers[k].flags);

@@ -142,9 +142,11 @@ TFA_INLINE void solve_rows(const struct mass_factors *f, const struct blocks *b)
 
 /* ---- output ---- */
 
-/* Added up, not finite where a number is not: 0 elsewhere, or where compilers are told that there
- * are no such numbers, the numbers */
-#if defined __FINITE_MATH_ONLY__ && __FINITE_MATH_ONLY__
+/* Added up, not finite where a number is not, as a double: 0 elsewhere, or where compilers are told
+ * that there are no such numbers, the numbers */
+#ifdef NUM_QUAD
+#define BLOCKS_REST(y) ((double)(y) - (double)(y))
+#elif defined __FINITE_MATH_ONLY__ && __FINITE_MATH_ONLY__
 #define BLOCKS_REST(y) (y)
 #else
 #define BLOCKS_REST(y) ((y) - (y))

@@ -30,7 +30,7 @@ static op_bound bounds[KINDS] = {
     {"dqdd/dtau, symmetry, f64", {1e-12}, {0}},
 };
 static uint32_t cases, locked_cases, mimic_cases, fused_cases, damped_cases, payload_cases,
-    inside_cases;
+    inside_cases, overflows;
 
 static difference_robot quad_of(const op_case *c)
 {
@@ -193,4 +193,47 @@ TEST(limits_of_differences_and_inverse_of_m)
                   locked_cases);
     assert_true(mimic_cases > 4 && fused_cases > 4 && inside_cases > 4 && damped_cases > 4 &&
                 payload_cases > 4 && locked_cases > 4);
+}
+
+/* Velocities whose squares leave the range of doubles, not that of quadruple precision */
+static void overflow(op_case *c, tfa_workspace *w, tfa_op op)
+{
+    static double memory[BY_ALL][SQUARE], v[OP_FREEDOMS], twist[6];
+    tfa_request r = ask(c, 0);
+    tfa_reply reply = {.dqdd_dq = memory[BY_Q],
+                       .dqdd_dv = memory[BY_V],
+                       .dqdd_dtau = memory[BY_TAU],
+                       .dtau_dq = memory[ID_BY_Q],
+                       .dtau_dv = memory[ID_BY_V]};
+    for (uint32_t j = 0; j < OP_FREEDOMS; j++)
+        v[j] = 1e160;
+    for (int e = 0; e < 6; e++)
+        twist[e] = 1e160;
+    r.op = op;
+    r.v = v;
+    r.base_twist = twist;
+    memset(memory, 0, sizeof memory);
+    const int status = tfa_compute(w, &r, &reply);
+    bool finite = true;
+    for (int by = 0; by < BY_ALL; by++)
+        for (size_t e = 0; e < (size_t)c->n * c->n; e++)
+            finite = finite && isfinite(memory[by][e]);
+    assert_int_equal(status, finite ? TFA_OK : TFA_E_NOT_COMPUTED);
+    overflows += !finite;
+}
+
+static void overflows_of(op_case *c)
+{
+    tfa_workspace *const workspaces[] = {c->f64, c->f32, c->f128};
+    for (int k = 0; k < 3; k++) {
+        overflow(c, workspaces[k], TFA_OP_DERIVATIVES);
+        overflow(c, workspaces[k], TFA_OP_INVERSE_DYNAMICS_DERIVATIVES);
+    }
+}
+
+TEST(no_overflow_is_ok)
+{
+    op_for_each(OP_FIXTURE, overflows_of);
+    print_message("  %u answers overflow\n", overflows);
+    assert_true(overflows > 50);
 }

@@ -253,8 +253,18 @@ static bool copy_request(const tfa_worker_client *client)
     return tfa_wire_copy_request(&client->shape, &client->form, slot, client->scratch);
 }
 
-/* A kind that is neither measured nor bounded yet, or takes too long: it goes to the thread beside
- * the worker, or is refused with its cost and limit, us. A self-test is answered at any cost. */
+/* With cost and limit, us */
+static int refuse_by_cost(worker_request *at, uint64_t cost_ns)
+{
+    at->reply.field = TFA_FIELD_COST;
+    at->reply.index = (uint32_t)(cost_ns / 1000 + 1);
+    at->reply.state = at->robot->max_state_ns / 1000;
+    return TFA_E_REFUSED;
+}
+
+/* A kind that is neither measured nor bounded yet, or takes too long, or whose states of this
+ * client are doubted: it goes to the thread beside the worker, or is refused. A self-test is
+ * answered at any cost. */
 static __attribute__((noinline)) int admit_slowly(const tfa_worker *w, tfa_worker_client *client)
 {
     worker_request *at = &client->at;
@@ -262,17 +272,16 @@ static __attribute__((noinline)) int admit_slowly(const tfa_worker *w, tfa_worke
     const uint32_t bound = tfa_cost_bound(at->robot->parts, &at->request);
     if (!at->cost->least_ns)
         at->cost->least_ns = bound;
-    if (at->cost->least_ns <= most || client->self_test ||
-        tfa_cost_admit_again(at->cost, bound, most, w->now))
+    const bool admitted =
+        at->cost->least_ns <= most || tfa_cost_admit_again(at->cost, bound, most, w->now);
+    if (client->self_test ||
+        (admitted && !tfa_cost_is_doubted(&client->doubt, at->cost, most, w->now)))
         return TFA_OK;
     if (at->robot->long_self && !client->direct) {
         at->place = REQUEST_WAITING;
         return TFA_OK;
     }
-    at->reply.field = TFA_FIELD_COST;
-    at->reply.index = at->cost->least_ns / 1000 + 1;
-    at->reply.state = most / 1000;
-    return TFA_E_REFUSED;
+    return refuse_by_cost(at, tfa_cost_with_doubt(at->cost, &client->doubt));
 }
 
 /* Whether a state of this kind may take the worker's time: before it begins. */
@@ -280,9 +289,22 @@ static int admit(const tfa_worker *w, tfa_worker_client *client)
 {
     const worker_request *at = &client->at;
     const uint32_t most = at->robot->max_state_ns;
-    if (__builtin_expect(!most || at->cost->least_ns - 1 < most, 1))
-        return TFA_OK; /* 0 - 1 is above any limit */
+    const bool in_time = at->cost->least_ns - 1 < most; /* 0 - 1 is above any limit */
+    if (__builtin_expect(!most || (in_time && !client->doubt.excess), 1))
+        return TFA_OK;
     return admit_slowly(w, client);
+}
+
+/* The rest of a request whose first states took longer than their kind */
+static bool is_cut_short(const tfa_worker *w, tfa_worker_client *client)
+{
+    worker_request *at = &client->at;
+    const uint32_t most = at->robot->max_state_ns;
+    if (!at->first || !client->doubt.excess || !most || client->self_test ||
+        at->place != REQUEST_HERE || !tfa_cost_is_doubted(&client->doubt, at->cost, most, w->now))
+        return false;
+    at->reply.status = refuse_by_cost(at, tfa_cost_with_doubt(at->cost, &client->doubt));
+    return true;
 }
 
 /* Takes the next request, which is there, out of the ring. @return false: the client's memory is
@@ -320,8 +342,9 @@ static bool begin_request(tfa_worker *w, tfa_worker_client *client, uint64_t cyc
 }
 
 /* Solves a part that fits a turn. @return the client's share of the time, ns */
-static uint64_t solve_part(tfa_worker *w, worker_request *at)
+static uint64_t solve_part(tfa_worker *w, tfa_worker_client *client)
 {
+    worker_request *at = &client->at;
     const uint32_t left = at->request.count - at->first, first = at->first;
     const uint32_t fit = left == 1 ? 1 : tfa_cost_states(at->cost, w->turn_ns); /* it divides */
     const uint32_t count = left < fit ? left : fit;
@@ -332,7 +355,7 @@ static uint64_t solve_part(tfa_worker *w, worker_request *at)
     w->now = tfa_worker_clock();
     const uint64_t took = w->now - before;
     at->spent_ns += took;
-    tfa_cost_record(at->cost, &at->reply, first, count, took);
+    tfa_cost_record(at->cost, &client->doubt, &at->reply, first, count, took);
     /* far beyond its cost, the time was lost to another program */
     const uint64_t most = 8 * expected + w->turn_ns;
     return took < most ? took : most;
@@ -344,7 +367,7 @@ static uint64_t take_back(tfa_worker *w, tfa_worker_client *client)
     worker_request *at = &client->at;
     at->spent_ns = tfa_worker_long_take_back(w, client);
     w->now = tfa_worker_clock();
-    tfa_cost_record(at->cost, &at->reply, 0, at->request.count, at->spent_ns);
+    tfa_cost_record(at->cost, &client->doubt, &at->reply, 0, at->request.count, at->spent_ns);
     return at->spent_ns;
 }
 
@@ -419,7 +442,9 @@ static bool serve(tfa_worker *w, tfa_worker_client *client, uint64_t cycle_start
     if (at->reply.status == TFA_OK || at->first) {
         /* meanwhile another kind may have taken its row */
         at->cost = tfa_cost_find(&w->costs[client->robot], at->kind);
-        const uint64_t took = at->place == REQUEST_AWAY ? take_back(w, client) : solve_part(w, at);
+        const uint64_t took = is_cut_short(w, client)     ? 0
+                              : at->place == REQUEST_AWAY ? take_back(w, client)
+                                                          : solve_part(w, client);
         client->virtual_ns += took;
         client->drain_ns += is_draining(client) ? took : 0;
     }

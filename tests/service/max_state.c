@@ -10,6 +10,7 @@
 
 #define LIMIT_US 500u
 #define LONG_NS 5000000u
+#define BATCH 8
 
 /* The worker's clock. A solver is the only thing that takes time. */
 static _Atomic uint64_t now_ns = 1;
@@ -61,7 +62,7 @@ static void open_stage_with(stage *s, uint32_t bound_us, uint32_t limit_us, bool
 {
     *s = (stage){.solver = {.state_ns = 1000}};
     set_bound(&s->parts, bound_us);
-    const tfa_worker_robot robot = {.shape = {.q_count = 2, .v_count = 2, .max_batch = 1},
+    const tfa_worker_robot robot = {.shape = {.q_count = 2, .v_count = 2, .max_batch = BATCH},
                                     .solve = solve,
                                     .self = &s->solver,
                                     .long_self = beside ? &s->solver : NULL,
@@ -70,7 +71,7 @@ static void open_stage_with(stage *s, uint32_t bound_us, uint32_t limit_us, bool
     const tfa_worker_options options = {
         .robots = &robot, .robot_count = 1, .turn_ns = 20000, .wait = TFA_WAIT_BLOCK};
     assert_int_equal(tfa_worker_create(&options, &s->worker), TFA_OK);
-    assert_int_equal(tfa_local_client_open(s->worker, 0, 8, 1, &s->client), TFA_OK);
+    assert_int_equal(tfa_local_client_open(s->worker, 0, 8, BATCH, &s->client), TFA_OK);
     s->client.client->self_test = false; /* a client of this process counts as one otherwise */
 }
 
@@ -85,10 +86,10 @@ static void close_stage(stage *s)
     tfa_worker_destroy(s->worker);
 }
 
-static void send(tfa_local_client *client, tfa_op op)
+static void send_states(tfa_local_client *client, tfa_op op, uint32_t count)
 {
-    static const double zero[2];
-    const tfa_request request = {.op = op, .count = 1, .q = zero, .tau = zero};
+    static const double zero[2 * BATCH];
+    const tfa_request request = {.op = op, .count = count, .q = zero, .tau = zero};
     tfa_wire_reply_shape shape;
     assert_int_equal(tfa_wire_encode_request(&client->shape, &request,
                                              tfa_wire_want(&request, NULL), 1, 0,
@@ -97,16 +98,26 @@ static void send(tfa_local_client *client, tfa_op op)
     tfa_local_client_send(client);
 }
 
-/* Asks for one state. @return its reply */
-static tfa_reply ask(stage *s, tfa_op op)
+static void send(tfa_local_client *client, tfa_op op)
+{
+    send_states(client, op, 1);
+}
+
+/* @return the reply */
+static tfa_reply ask_states(stage *s, tfa_op op, uint32_t count)
 {
     tfa_reply reply = {0};
-    send(&s->client, op);
+    send_states(&s->client, op, count);
     while (tfa_worker_cycle(s->worker))
         ;
     (void)tfa_wire_decode_reply(tfa_ring_oldest_reply(&s->client.ring), &reply);
     tfa_ring_release(&s->client.ring);
     return reply;
+}
+
+static tfa_reply ask(stage *s, tfa_op op)
+{
+    return ask_states(s, op, 1);
 }
 
 static int ask_forward(stage *s)
@@ -182,6 +193,85 @@ TEST(fallbacks_do_not_count)
             assert_int_equal(ask_forward(&s), TFA_OK);
         close_stage(&s);
     }
+}
+
+static void answer_kind(stage *s, uint32_t us)
+{
+    s->solver.flags = 0;
+    s->solver.state_ns = 1000 * us;
+    assert_int_equal(ask_forward(s), TFA_OK);
+}
+
+/* States that take longer than their kind by the numbers of one client are refused to it after two
+ * of them, in favour of the others, and tried again once in ten seconds. */
+TEST(a_client_answers_for_its_doubted_states)
+{
+    stage s;
+    tfa_local_client other;
+    open_stage(&s, 200, LIMIT_US);
+    assert_int_equal(tfa_local_client_open(s.worker, 0, 8, 1, &other), TFA_OK);
+    other.client->self_test = false;
+    answer_kind(&s, 200);
+    s.solver.state_ns = 1000000;
+    s.solver.flags = TFA_ANSWER_SENTINEL;
+    for (int k = 0; k < 2; k++)
+        assert_int_equal(ask_forward(&s), TFA_OK);
+    for (int round = 0; round < 3; round++) {
+        for (int k = 0; k < 9; k++) {
+            const tfa_reply reply = ask(&s, TFA_OP_FORWARD_DYNAMICS);
+            assert_int_equal(reply.status, TFA_E_REFUSED);
+            assert_in_range(reply.index, 990, 1010);
+            send(&other, TFA_OP_FORWARD_DYNAMICS);
+            s.solver.flags = 0;
+            s.solver.state_ns = 200000;
+            while (tfa_worker_cycle(s.worker))
+                ;
+            assert_int_equal(((const tfa_wire_reply *)tfa_ring_oldest_reply(&other.ring))->status,
+                             TFA_OK);
+            tfa_ring_release(&other.ring);
+            s.solver.flags = TFA_ANSWER_SENTINEL;
+            s.solver.state_ns = 1000000;
+            now_ns += 1000000000;
+        }
+        now_ns += 1000000000;
+        assert_int_equal(ask_forward(&s), TFA_OK); /* one is tried */
+    }
+    assert_int_equal(ask_forward(&s), TFA_E_REFUSED);
+    now_ns += 11000000000u;
+    answer_kind(&s, 200); /* it is as others, again */
+    answer_kind(&s, 200);
+    tfa_local_client_close(&other);
+    close_stage(&s);
+}
+
+/* The rest of a batch, too */
+TEST(doubts_end_a_batch)
+{
+    stage s;
+    open_stage(&s, 200, LIMIT_US);
+    answer_kind(&s, 200);
+    s.solver.state_ns = 1000000;
+    s.solver.flags = TFA_ANSWER_FALLBACK;
+    s.solver.calls = 0;
+    const tfa_reply reply = ask_states(&s, TFA_OP_FORWARD_DYNAMICS, BATCH);
+    assert_int_equal(reply.status, TFA_E_REFUSED);
+    assert_int_equal(reply.field, TFA_FIELD_COST);
+    assert_int_equal(s.solver.calls, 2);
+    close_stage(&s);
+}
+
+/* One state that was interrupted, or short ones */
+TEST(doubts_are_of_two_states)
+{
+    stage s;
+    open_stage(&s, 200, LIMIT_US);
+    answer_kind(&s, 200);
+    for (int k = 0; k < 50; k++) {
+        s.solver.flags = TFA_ANSWER_SENTINEL;
+        s.solver.state_ns = k % 2 ? LONG_NS : 220000;
+        assert_int_equal(ask_forward(&s), TFA_OK);
+    }
+    close_stage(&s);
 }
 
 /* Other solvers have other costs. */

@@ -95,9 +95,11 @@ static void single_states(const harness *h)
     ask_for_ever(h, 1, 0, 0);
 }
 
-/* Everything that can be asked of one state, by every method, with up to 8 tips anywhere. */
-static void every_kind(const harness *h)
+/* Everything that can be asked of one state, by every method, with up to 8 tips anywhere. A load
+ * beside which the robot weighs nothing trips the sentinel. */
+static void ask_every_kind(const harness *h, bool loaded)
 {
+    static const double load[TFA_PAYLOAD_NUMBERS] = {1e9, 0.1, 0, 0, 1e7, 0, 0, 1e7, 0, 1e7};
     static _Atomic uint64_t seeds = 1;
     struct random_source bits = {atomic_fetch_add(&seeds, 1)};
     tfa_client *client = NULL;
@@ -112,9 +114,24 @@ static void every_kind(const harness *h)
         r.tip_count = (uint32_t)(random_next(&bits) % (TFA_DEFAULT_TIPS + 1));
         for (uint32_t k = 0; k < r.tip_count; k++)
             r.tips[k] = (uint32_t)(random_next(&bits) % info->frame_count);
+        if (loaded) {
+            r.payload_count = 1;
+            r.payloads = load;
+            r.payload_frames[0] = (uint32_t)(random_next(&bits) % info->frame_count);
+        }
         (void)tfa_client_call(client, &r, &reply, WAIT_NS, NULL);
         count_step();
     }
+}
+
+static void every_kind(const harness *h)
+{
+    ask_every_kind(h, false);
+}
+
+static void every_kind_loaded(const harness *h)
+{
+    ask_every_kind(h, true);
 }
 
 /* Random bytes in every slot, refused or answered. */
@@ -220,6 +237,7 @@ const attack attacks[] = {
     {"batches of 64, 4 tips, spectra", 16, large_batches, 32, false},
     {"single states, full rings", 31, single_states, 1000, false},
     {"every kind of request", 4, every_kind, 4000, false},
+    {"the same, loads of 1e9 kg", 4, every_kind_loaded, 4000, false},
     {"garbage in slots", 8, garbage, 1000, false},
     {"bad hellos", 4, bad_hellos, 100, true},
     {"connections", 4, connections, 40, true},

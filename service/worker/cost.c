@@ -61,8 +61,6 @@ uint32_t tfa_cost_states(const tfa_cost *cost, uint64_t budget_ns)
 /* A measurement counts for so much of the way up. */
 #define RISE 64
 #define REFUSED_NS 1000000000u
-#define DOUBTED_NS 10000000000u
-#define EXCESS_MOST (15 * 16) /* short kinds are never doubted */
 
 static void record_least(tfa_cost *cost, uint32_t measured)
 {
@@ -95,32 +93,8 @@ static bool is_plain(const tfa_answer *answers, uint32_t first, uint32_t count)
                       TFA_ANSWER_NOT_FINITE | TFA_ANSWER_SENTINEL | TFA_ANSWER_RANK_LOSS));
 }
 
-static void record_doubt(tfa_cost_doubt *doubt, const tfa_cost *cost, uint32_t measured)
-{
-    const uint32_t least = cost->least_ns ? cost->least_ns : 1;
-    const uint64_t beyond = measured > least ? 16 * (uint64_t)(measured - least) / least : 0;
-    const uint32_t excess = beyond < EXCESS_MOST ? (uint32_t)beyond : EXCESS_MOST;
-    doubt->excess = excess < doubt->last ? excess : doubt->last;
-    doubt->last = excess;
-    doubt->probes = false;
-}
-
-bool tfa_cost_is_doubted(tfa_cost_doubt *doubt, const tfa_cost *cost, uint32_t most_ns,
-                         uint64_t now)
-{
-    if (tfa_cost_with_doubt(cost, doubt) <= most_ns)
-        return false;
-    if (!doubt->refused_ns)
-        doubt->refused_ns = now;
-    if (now - doubt->refused_ns < DOUBTED_NS)
-        return true;
-    doubt->refused_ns = 0;
-    doubt->probes = true;
-    return false;
-}
-
-void tfa_cost_record(tfa_cost *cost, tfa_cost_doubt *doubt, const tfa_reply *reply, uint32_t first,
-                     uint32_t states, uint64_t ns)
+void tfa_cost_record(tfa_cost *cost, const tfa_reply *reply, uint32_t first, uint32_t states,
+                     uint64_t ns)
 {
     if (!tfa_wire_has_answers(reply->status))
         return;
@@ -130,11 +104,37 @@ void tfa_cost_record(tfa_cost *cost, tfa_cost_doubt *doubt, const tfa_reply *rep
         cost->state_ns = measured;
     else
         cost->state_ns -= (cost->state_ns - measured) / 2;
-    const bool plain = is_plain(reply->answers, first, states);
-    if (plain)
+    if (is_plain(reply->answers, first, states))
         record_least(cost, measured);
-    else if (doubt)
-        record_doubt(doubt, cost, measured);
-    if (plain && doubt && doubt->probes)
-        *doubt = (tfa_cost_doubt){0};
+}
+
+/* ---- states that take longer than their kind ---- */
+
+#define SHARE 500                   /* of the time in which it passes */
+#define CREDIT_NS UINT64_C(4000000) /* a few of 500 us to 2.5 ms */
+#define DEBT_MOST_NS (3 * CREDIT_NS)
+
+static uint64_t owed_at(const tfa_cost_debt *debt, uint64_t now)
+{
+    const uint64_t passed = (now - debt->since_ns) / SHARE;
+    return debt->owed_ns > passed ? debt->owed_ns - passed : 0;
+}
+
+void tfa_cost_owe(tfa_cost_debt *debt, const tfa_reply *reply, uint32_t first, uint32_t states,
+                  uint64_t ns, uint32_t most_ns, uint64_t now)
+{
+    if (!most_ns || ns / states <= most_ns || !tfa_wire_has_answers(reply->status) ||
+        is_plain(reply->answers, first, states))
+        return;
+    const uint64_t owed = owed_at(debt, now) + ns;
+    debt->owed_ns = owed < DEBT_MOST_NS ? owed : DEBT_MOST_NS;
+    debt->since_ns = now;
+}
+
+bool tfa_cost_in_debt(tfa_cost_debt *debt, uint64_t now)
+{
+    const uint64_t owed = owed_at(debt, now);
+    if (!owed)
+        debt->owed_ns = 0;
+    return owed > CREDIT_NS;
 }

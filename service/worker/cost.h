@@ -15,7 +15,7 @@
  * interrupt or another program adds does not refuse a kind, a bound that is too low does not last.
  *
  * States that trip the sentinel, fall back or lose rank take longer than their kind, by the numbers
- * of one client, who then answers for it: tfa_cost_doubt.
+ * of one client, who then answers for it: tfa_cost_debt.
  *
  * A table belongs to one thread. No allocation, no system call.
  */
@@ -57,31 +57,32 @@ static inline tfa_cost *tfa_cost_find(tfa_cost_table *table, uint64_t kind)
  *  lanes where there is room for one. */
 uint32_t tfa_cost_states(const tfa_cost *cost, uint64_t budget_ns);
 
-/** What a client's states take beyond their kinds where they are doubted: up to five times as much
- *  (payloads of 1e9 kg on arm7 and humanoid, 12 methods, 0 to 8 tips; Intel Xeon, 2026-11-28). Of
- *  the last two such states the lesser counts, so that an interrupt does not. */
-typedef struct tfa_cost_doubt {
-    uint64_t refused_ns;   /**< CLOCK_MONOTONIC, when it refused first since; 0: it did not */
-    uint32_t last, excess; /**< sixteenths of the kind's time: of the last state, of the last two */
-    bool probes;           /**< a state was let through to see whether it still holds */
-} tfa_cost_doubt;
-
 /** Records that the states first .. first + states - 1 of a reply took `ns`. One without answers
  *  says nothing about its kind; answers that tripped the sentinel, fell back or lost rank took
- *  longer than their kind costs other clients. @param doubt  of the client; NULL: none */
-void tfa_cost_record(tfa_cost *cost, tfa_cost_doubt *doubt, const tfa_reply *reply, uint32_t first,
-                     uint32_t states, uint64_t ns);
+ *  longer than their kind costs other clients. */
+void tfa_cost_record(tfa_cost *cost, const tfa_reply *reply, uint32_t first, uint32_t states,
+                     uint64_t ns);
 
-/** A state of this kind by a client whose states are doubted, ns */
-static inline uint64_t tfa_cost_with_doubt(const tfa_cost *cost, const tfa_cost_doubt *doubt)
+/** Time that a client owes for such states beyond the limit. It may take a 500th of the worker's
+ *  time with them, which an interrupted state now and then does not exceed. */
+typedef struct tfa_cost_debt {
+    uint64_t owed_ns, since_ns; /**< at CLOCK_MONOTONIC since_ns */
+} tfa_cost_debt;
+
+/** Adds them to the debt, where each took longer than `most_ns`. */
+void tfa_cost_owe(tfa_cost_debt *debt, const tfa_reply *reply, uint32_t first, uint32_t states,
+                  uint64_t ns, uint32_t most_ns, uint64_t now);
+
+/** Longest time of a state of this kind by a client in debt: six times that of its kind. Measured
+ *  are 5.1 (payloads of 1e9 kg on arm7 and humanoid, 12 methods, 0 to 8 tips; Intel Xeon,
+ *  2026-11-28). */
+static inline uint64_t tfa_cost_doubted(const tfa_cost *cost)
 {
-    return cost->least_ns + (uint64_t)cost->least_ns * doubt->excess / 16;
+    return UINT64_C(6) * cost->least_ns;
 }
 
-/** Whether a state takes too long, if it is as those before; once in ten seconds one is let
- *  through. */
-bool tfa_cost_is_doubted(tfa_cost_doubt *doubt, const tfa_cost *cost, uint32_t most_ns,
-                         uint64_t now);
+/** It passes with time. */
+bool tfa_cost_in_debt(tfa_cost_debt *debt, uint64_t now);
 
 /** A kind that `least_ns` refuses: once a second it starts anew at its bound, so that a time in
  *  which the machine was slow passes. @return it is admitted */

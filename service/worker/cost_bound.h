@@ -8,7 +8,7 @@
  * line. Half as much is added for what parts cost each other. How near it comes: docs/tuning.md.
  *
  * The bound is one for ordinary states: an answer that trips the sentinel or falls back takes
- * longer than its kind (tfa_cost_doubt).
+ * longer than its kind (tfa_cost_debt).
  */
 #ifndef TFA_SERVICE_WORKER_COST_BOUND_H
 #define TFA_SERVICE_WORKER_COST_BOUND_H

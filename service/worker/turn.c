@@ -262,9 +262,16 @@ static int refuse_by_cost(worker_request *at, uint64_t cost_ns)
     return TFA_E_REFUSED;
 }
 
-/* A kind that is neither measured nor bounded yet, or takes too long, or whose states of this
- * client are doubted: it goes to the thread beside the worker, or is refused. A self-test is
- * answered at any cost. */
+/* Whether a state may take too long because those of this client took longer than their kinds */
+static bool is_doubted(const tfa_worker *w, tfa_worker_client *client)
+{
+    const worker_request *at = &client->at;
+    return client->debt.owed_ns && tfa_cost_doubted(at->cost) > at->robot->max_state_ns &&
+           tfa_cost_in_debt(&client->debt, w->now);
+}
+
+/* A kind that is neither measured nor bounded yet, takes too long, or is doubted: it goes to the
+ * thread beside the worker, or is refused. A self-test is answered at any cost. */
 static __attribute__((noinline)) int admit_slowly(const tfa_worker *w, tfa_worker_client *client)
 {
     worker_request *at = &client->at;
@@ -274,14 +281,13 @@ static __attribute__((noinline)) int admit_slowly(const tfa_worker *w, tfa_worke
         at->cost->least_ns = bound;
     const bool admitted =
         at->cost->least_ns <= most || tfa_cost_admit_again(at->cost, bound, most, w->now);
-    if (client->self_test ||
-        (admitted && !tfa_cost_is_doubted(&client->doubt, at->cost, most, w->now)))
+    if (client->self_test || (admitted && !is_doubted(w, client)))
         return TFA_OK;
     if (at->robot->long_self && !client->direct) {
         at->place = REQUEST_WAITING;
         return TFA_OK;
     }
-    return refuse_by_cost(at, tfa_cost_with_doubt(at->cost, &client->doubt));
+    return refuse_by_cost(at, admitted ? tfa_cost_doubted(at->cost) : at->cost->least_ns);
 }
 
 /* Whether a state of this kind may take the worker's time: before it begins. */
@@ -290,7 +296,8 @@ static int admit(const tfa_worker *w, tfa_worker_client *client)
     const worker_request *at = &client->at;
     const uint32_t most = at->robot->max_state_ns;
     const bool in_time = at->cost->least_ns - 1 < most; /* 0 - 1 is above any limit */
-    if (__builtin_expect(!most || (in_time && !client->doubt.excess), 1))
+    if (__builtin_expect(!most || (in_time && !client->debt.owed_ns), 1) ||
+        (in_time && !is_doubted(w, client)))
         return TFA_OK;
     return admit_slowly(w, client);
 }
@@ -299,11 +306,10 @@ static int admit(const tfa_worker *w, tfa_worker_client *client)
 static bool is_cut_short(const tfa_worker *w, tfa_worker_client *client)
 {
     worker_request *at = &client->at;
-    const uint32_t most = at->robot->max_state_ns;
-    if (!at->first || !client->doubt.excess || !most || client->self_test ||
-        at->place != REQUEST_HERE || !tfa_cost_is_doubted(&client->doubt, at->cost, most, w->now))
+    if (!at->first || at->place != REQUEST_HERE || !at->robot->max_state_ns || client->self_test ||
+        !is_doubted(w, client))
         return false;
-    at->reply.status = refuse_by_cost(at, tfa_cost_with_doubt(at->cost, &client->doubt));
+    at->reply.status = refuse_by_cost(at, tfa_cost_doubted(at->cost));
     return true;
 }
 
@@ -355,7 +361,8 @@ static uint64_t solve_part(tfa_worker *w, tfa_worker_client *client)
     w->now = tfa_worker_clock();
     const uint64_t took = w->now - before;
     at->spent_ns += took;
-    tfa_cost_record(at->cost, &client->doubt, &at->reply, first, count, took);
+    tfa_cost_record(at->cost, &at->reply, first, count, took);
+    tfa_cost_owe(&client->debt, &at->reply, first, count, took, at->robot->max_state_ns, w->now);
     /* far beyond its cost, the time was lost to another program */
     const uint64_t most = 8 * expected + w->turn_ns;
     return took < most ? took : most;
@@ -367,7 +374,7 @@ static uint64_t take_back(tfa_worker *w, tfa_worker_client *client)
     worker_request *at = &client->at;
     at->spent_ns = tfa_worker_long_take_back(w, client);
     w->now = tfa_worker_clock();
-    tfa_cost_record(at->cost, &client->doubt, &at->reply, 0, at->request.count, at->spent_ns);
+    tfa_cost_record(at->cost, &at->reply, 0, at->request.count, at->spent_ns);
     return at->spent_ns;
 }
 

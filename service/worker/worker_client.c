@@ -30,7 +30,7 @@ static int init_client(const tfa_worker *w, const tfa_worker_client_options *o,
     client->shape = w->solver_lists[w->latest][o->robot].shape;
     client->virtual_ns = client->drain_ns = 0;
     client->drained = 0;
-    client->doubt = (tfa_cost_doubt){0};
+    client->debt = (tfa_cost_debt){0};
     client->shape.max_batch = o->max_batch;
     client->shape.max_tips = o->max_tips;
     client->wait = o->wait;

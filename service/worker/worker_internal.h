@@ -89,7 +89,7 @@ struct tfa_worker_client {
     uint32_t drained;          /* worker: requests answered while DRAINING */
     uint64_t drain_ns;         /* worker: and the time they took */
     worker_request at;         /* worker */
-    tfa_cost_doubt doubt;      /* worker */
+    tfa_cost_debt debt;        /* worker */
     bool warm;                 /* worker: the request in `scratch` may be solved again */
     tfa_shared_client *shared; /* statistics; the tally: worker */
 };

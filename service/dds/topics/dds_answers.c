@@ -66,8 +66,8 @@ void tfa_dds_answer(tfa_dds *gateway, const dds_robot *robot, const dds_pending 
 /* A kind of request that turns out to be short is answered in the receiving thread from now on. */
 static void record_cost(dds_robot *robot, const tfa_worker_call *call)
 {
-    tfa_cost_record(tfa_cost_find(&robot->costs, tfa_cost_kind(&call->request)), NULL, &call->reply,
-                    0, call->request.count, call->t_done - call->t_start);
+    tfa_cost_record(tfa_cost_find(&robot->costs, tfa_cost_kind(&call->request)), &call->reply, 0,
+                    call->request.count, call->t_done - call->t_start);
 }
 
 /* Writes the answers of a robot that are there. @return how many */

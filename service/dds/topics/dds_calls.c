@@ -164,7 +164,7 @@ static void solve_here(tfa_dds *gateway, dds_robot *robot, tfa_request *request,
         return;
     }
     (void)gateway_solve(&robot->own, request, &stamps, &call);
-    tfa_cost_record(cost, NULL, &call.reply, 0, request->count, call.t_done - call.t_start);
+    tfa_cost_record(cost, &call.reply, 0, request->count, call.t_done - call.t_start);
     tfa_dds_answer(gateway, robot, pending, &call);
     gateway_count(&robot->own, TFA_SOURCE_DDS, request, &stamps, &call);
 }

@@ -5,6 +5,7 @@
  */
 #include "worker/cost.h"
 
+#include "config/config.h"
 #include "ipc/wire_blocks.h"
 
 /* Lanes of the widest batch kernel: f32 with AVX-512. */
@@ -62,8 +63,12 @@ uint32_t tfa_cost_states(const tfa_cost *cost, uint64_t budget_ns)
 #define RISE 64
 #define REFUSED_NS 1000000000u
 
+/* No more than the largest limit, or a processor that was away for long would refuse a kind. */
 static void record_least(tfa_cost *cost, uint32_t measured)
 {
+    const uint32_t most = CONFIG_STATE_US_MOST * 1000u;
+    if (measured > most && most > cost->least_ns)
+        measured = most;
     if (measured <= cost->least_ns || cost->least_ns == 0)
         cost->least_ns = measured;
     else

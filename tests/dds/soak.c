@@ -4,7 +4,7 @@
  * Soak: honest clients at full load over shared memory and DDS, compare every answer with the one
  * in process, while the daemon is reloaded, stopped, killed and attacked.
  *
- *   test_soak [SECONDS]    20
+ *   test_soak [SECONDS [MAX_STATE_US]]    20, 0: no limit, whatever the machine
  *
  * Fails, and says which: wrong, an answer or a status; too slow, no answer in WAIT_NS, to one over
  * DDS while the daemon is there; leak, memory or descriptors of the daemon that grow, or a report
@@ -34,6 +34,8 @@
 #define GROWTH_KIB 32768 /* a life of 61 s grows by 16 MiB, one of 8 s by 13 */
 #define DESCRIPTORS 32   /* of the honest clients, which may have come after the start of a life */
 #define WARM_ANSWERS 10000 /* a daemon has what memory it needs */
+
+static int max_state_us;
 
 static const char *const gravities[MODELS] = {"    gravity: [0, 0, -9.80665]\n",
                                               "    gravity: [0, 0, -1.62]\n"};
@@ -225,9 +227,9 @@ static void reload(int model)
     snprintf(robots, sizeof robots, "%s%s", ARM, gravities[model]);
     char more[256];
     snprintf(more, sizeof more,
-             "log: error\ndds: {enabled: yes, domain: %u}\n"
+             "max_state_us: %d\nlog: error\ndds: {enabled: yes, domain: %u}\n"
              "limits: {clients: 100, clients_per_user: 100}\n",
-             test_domain());
+             max_state_us, test_domain());
     harness_configure(&daemon_harness, robots, more);
     if (daemon_harness.pid > 0)
         (void)kill(daemon_harness.pid, SIGHUP);
@@ -357,5 +359,7 @@ int main(int argc, char **argv)
     signal(SIGPIPE, SIG_IGN);
     if (argc > 1)
         seconds = (unsigned)atoi(argv[1]) > 5 ? (unsigned)atoi(argv[1]) : 5;
+    if (argc > 2)
+        max_state_us = atoi(argv[2]);
     return test_run(NULL, NULL);
 }

@@ -40,13 +40,13 @@ static uint32_t sessions_of(const tfa_daemon *d, uid_t user)
     return count;
 }
 
-/* A connection counts from its first moment, whether it has said HELLO or not. */
 tfa_welcome handshake_welcome(void)
 {
     return (tfa_welcome){
         .magic = TFA_HANDSHAKE_MAGIC, .abi = TFA_HANDSHAKE_ABI, .daemon_pid = (int32_t)getpid()};
 }
 
+/* A connection counts from its first moment, whether it has said HELLO or not. */
 int handshake_admit(tfa_daemon *d, int socket, const struct ucred *peer, tfa_welcome *w)
 {
     const config_limits *limits = &d->settings->limits;

@@ -11,7 +11,6 @@
 #include <unistd.h>
 
 #include "platform/sigbus.h"
-#include "worker/cost_bound.h"
 
 /* Turns that a client gets ahead of the others after it was idle. */
 #define CREDIT_TURNS 4
@@ -253,66 +252,6 @@ static bool copy_request(const tfa_worker_client *client)
     return tfa_wire_copy_request(&client->shape, &client->form, slot, client->scratch);
 }
 
-/* With cost and limit, us */
-static int refuse_by_cost(worker_request *at, uint64_t cost_ns)
-{
-    at->reply.field = TFA_FIELD_COST;
-    at->reply.index = (uint32_t)(cost_ns / 1000 + 1);
-    at->reply.state = at->robot->max_state_ns / 1000;
-    return TFA_E_REFUSED;
-}
-
-/* Whether a state may take too long because those of this client took longer than their kinds */
-static bool is_doubted(const tfa_worker *w, tfa_worker_client *client)
-{
-    const worker_request *at = &client->at;
-    return client->debt.owed_ns && tfa_cost_doubted(at->cost) > at->robot->max_state_ns &&
-           tfa_cost_in_debt(&client->debt, w->now);
-}
-
-/* A kind that is neither measured nor bounded yet, takes too long, or is doubted: it goes to the
- * thread beside the worker, or is refused. A self-test is answered at any cost. */
-static __attribute__((noinline)) int admit_slowly(const tfa_worker *w, tfa_worker_client *client)
-{
-    worker_request *at = &client->at;
-    const uint32_t most = at->robot->max_state_ns;
-    const uint32_t bound = tfa_cost_bound(at->robot->parts, &at->request);
-    if (!at->cost->least_ns)
-        at->cost->least_ns = bound;
-    const bool admitted =
-        at->cost->least_ns <= most || tfa_cost_admit_again(at->cost, bound, most, w->now);
-    if (client->self_test || (admitted && !is_doubted(w, client)))
-        return TFA_OK;
-    if (at->robot->long_self && !client->direct) {
-        at->place = REQUEST_WAITING;
-        return TFA_OK;
-    }
-    return refuse_by_cost(at, admitted ? tfa_cost_doubted(at->cost) : at->cost->least_ns);
-}
-
-/* Whether a state of this kind may take the worker's time: before it begins. */
-static int admit(const tfa_worker *w, tfa_worker_client *client)
-{
-    const worker_request *at = &client->at;
-    const uint32_t most = at->robot->max_state_ns;
-    const bool in_time = at->cost->least_ns - 1 < most; /* 0 - 1 is above any limit */
-    if (__builtin_expect(!most || (in_time && !client->debt.owed_ns), 1) ||
-        (in_time && !is_doubted(w, client)))
-        return TFA_OK;
-    return admit_slowly(w, client);
-}
-
-/* The rest of a request whose first states took longer than their kind */
-static bool is_cut_short(const tfa_worker *w, tfa_worker_client *client)
-{
-    worker_request *at = &client->at;
-    if (!at->first || at->place != REQUEST_HERE || !at->robot->max_state_ns || client->self_test ||
-        !is_doubted(w, client))
-        return false;
-    at->reply.status = refuse_by_cost(at, tfa_cost_doubted(at->cost));
-    return true;
-}
-
 /* Takes the next request, which is there, out of the ring. @return false: the client's memory is
  * gone. Otherwise the status of its reply so far is that of its decoding. */
 static bool begin_request(tfa_worker *w, tfa_worker_client *client, uint64_t cycle_start)
@@ -342,7 +281,7 @@ static bool begin_request(tfa_worker *w, tfa_worker_client *client, uint64_t cyc
         client->direct ? take_call(w, at, line->id) : decode_request(w, client, same_form);
     if (at->reply.status == TFA_OK) {
         at->cost = tfa_cost_find(&w->costs[client->robot], at->kind);
-        at->reply.status = admit(w, client);
+        at->reply.status = tfa_worker_admit(w, client);
     }
     return true;
 }
@@ -449,9 +388,9 @@ static bool serve(tfa_worker *w, tfa_worker_client *client, uint64_t cycle_start
     if (at->reply.status == TFA_OK || at->first) {
         /* meanwhile another kind may have taken its row */
         at->cost = tfa_cost_find(&w->costs[client->robot], at->kind);
-        const uint64_t took = is_cut_short(w, client)     ? 0
-                              : at->place == REQUEST_AWAY ? take_back(w, client)
-                                                          : solve_part(w, client);
+        const uint64_t took = tfa_worker_cut_short(w, client) ? 0
+                              : at->place == REQUEST_AWAY     ? take_back(w, client)
+                                                              : solve_part(w, client);
         client->virtual_ns += took;
         client->drain_ns += is_draining(client) ? took : 0;
     }

@@ -146,6 +146,26 @@ static inline void tfa_worker_prefetch_tally(const tfa_worker_client *client)
     __builtin_prefetch(&client->shared->tally.words[TFA_TALLY_METHODS], 1);
 }
 
+/* ---- admit.c ---- */
+
+int tfa_worker_admit_slowly(const tfa_worker *worker, tfa_worker_client *client, bool in_time);
+
+/* Whether a state of the client's request may take the worker's time: before it begins. A kind that
+ * is neither measured nor bounded yet, takes too long, or is doubted goes to the thread beside the
+ * worker (REQUEST_WAITING), or is refused. A self-test is answered at any cost. */
+static inline int tfa_worker_admit(const tfa_worker *w, tfa_worker_client *client)
+{
+    const worker_request *at = &client->at;
+    const uint32_t most = at->robot->max_state_ns;
+    const bool in_time = at->cost->least_ns - 1 < most; /* 0 - 1 is above any limit */
+    if (__builtin_expect(!most || (in_time && !client->debt.owed_ns), 1))
+        return TFA_OK;
+    return tfa_worker_admit_slowly(w, client, in_time);
+}
+
+/* Refuses the rest of a request whose first states took longer than their kind. */
+bool tfa_worker_cut_short(const tfa_worker *worker, tfa_worker_client *client);
+
 /* ---- turn.c ---- */
 
 /* The client has a request that can go on, or one in its ring. */

@@ -44,15 +44,20 @@ static tfa_request ask(const op_case *c, uint32_t k)
     return r;
 }
 
-/* By both ops, each of which leaves the other's matrices alone */
-static void derive(const op_case *c, tfa_workspace *w, const tfa_request *r, double *const out[])
+static tfa_reply reply_into(double *const out[])
 {
-    static const tfa_op ops[] = {TFA_OP_DERIVATIVES, TFA_OP_INVERSE_DYNAMICS_DERIVATIVES};
-    tfa_reply reply = {.dqdd_dq = out[BY_Q],
+    return (tfa_reply){.dqdd_dq = out[BY_Q],
                        .dqdd_dv = out[BY_V],
                        .dqdd_dtau = out[BY_TAU],
                        .dtau_dq = out[ID_BY_Q],
                        .dtau_dv = out[ID_BY_V]};
+}
+
+/* By both ops, each of which leaves the other's matrices alone */
+static void derive(const op_case *c, tfa_workspace *w, const tfa_request *r, double *const out[])
+{
+    static const tfa_op ops[] = {TFA_OP_DERIVATIVES, TFA_OP_INVERSE_DYNAMICS_DERIVATIVES};
+    tfa_reply reply = reply_into(out);
     for (int by = 0; by < BY_ALL; by++)
         for (size_t e = 0; out[by] && e < (size_t)c->n * c->n * r->count; e++)
             out[by][e] = NAN;
@@ -200,11 +205,10 @@ static void overflow(op_case *c, tfa_workspace *w, tfa_op op)
 {
     static double memory[BY_ALL][SQUARE], v[OP_FREEDOMS], twist[6];
     tfa_request r = ask(c, 0);
-    tfa_reply reply = {.dqdd_dq = memory[BY_Q],
-                       .dqdd_dv = memory[BY_V],
-                       .dqdd_dtau = memory[BY_TAU],
-                       .dtau_dq = memory[ID_BY_Q],
-                       .dtau_dv = memory[ID_BY_V]};
+    double *out[BY_ALL];
+    for (int by = 0; by < BY_ALL; by++)
+        out[by] = memory[by];
+    tfa_reply reply = reply_into(out);
     for (uint32_t j = 0; j < OP_FREEDOMS; j++)
         v[j] = 1e160;
     for (int e = 0; e < 6; e++)

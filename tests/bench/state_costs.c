@@ -5,10 +5,11 @@
  * it has not measured (service/worker/cost.h). Least of five calls, each at another q; generic
  * kernels.
  *
- *   bench_state_costs [--all] URDF|chainN fixed|floating ...
+ *   bench_state_costs [--all|--loaded] URDF|chainN fixed|floating ...
  *
  * Prints for each op and method the least and the largest bound over time; --all: every kind, as
- * robot,op,method,tips,flags,estimate,refine,rows,ns,bound
+ * robot,op,method,tips,flags,estimate,refine,rows,ns,bound; --loaded: how many times longer a kind
+ * takes with a load of 1e9 kg, which trips the sentinel, than with one of 1 kg, by default policies
  */
 #include <stdio.h>
 #include <stdlib.h>
@@ -58,7 +59,11 @@ static struct {
 } found[TFA_OP_LAST + 1][METHODS];
 
 static double inputs[2][NUMBERS], pose[7] = {[6] = 1};
-static bool all;
+static bool all, loaded;
+static struct {
+    double times, ns;      /* the largest; of the kind */
+    unsigned kinds, above; /* six times */
+} doubted;
 
 /* ns; -1: the request is refused */
 static double measure(const subject *s, tfa_request *r)
@@ -81,8 +86,36 @@ static double measure(const subject *s, tfa_request *r)
     return least;
 }
 
+static double measure_loaded(const subject *s, tfa_request r, double kg)
+{
+    const double load[TFA_PAYLOAD_NUMBERS] = {kg, 0.1, 0,         0, 0.01 * kg,
+                                              0,  0,   0.01 * kg, 0, 0.01 * kg};
+    r.estimate = TFA_ESTIMATE_DEFAULT;
+    r.payload_count = 1;
+    r.payloads = load;
+    r.payload_frames[0] = r.tip_count ? r.tips[0] : s->shape.frames - 1;
+    return measure(s, &r);
+}
+
+static void compare_loads(const subject *s, const tfa_request *r)
+{
+    const double ns = measure_loaded(s, *r, 1), heavy = measure_loaded(s, *r, 1e9);
+    if (ns < 0 || heavy < 0)
+        return;
+    doubted.kinds++;
+    doubted.above += heavy > 6 * ns;
+    if (heavy > doubted.times * ns) {
+        doubted.times = heavy / ns;
+        doubted.ns = ns;
+    }
+}
+
 static void measure_kind(const subject *s, tfa_request *r)
 {
+    if (loaded) {
+        compare_loads(s, r);
+        return;
+    }
     const uint32_t bound_ns = tfa_cost_bound(&s->parts, r);
     const double ns = bound_ns < UINT32_MAX ? measure(s, r) : -1;
     if (ns < 0)
@@ -177,7 +210,8 @@ int main(int argc, char **argv)
         for (int i = 0; i < 2; i++)
             inputs[i][k] = 2.0 * rand() / RAND_MAX - 1;
     all = argc > 1 && strcmp(argv[1], "--all") == 0;
-    for (int a = 1 + all; a + 1 < argc; a += 2) {
+    loaded = argc > 1 && strcmp(argv[1], "--loaded") == 0;
+    for (int a = 1 + (all || loaded); a + 1 < argc; a += 2) {
         subject s;
         open_subject(argv[a], argv[a + 1], &s);
         for (int op = 1; op <= TFA_OP_LAST; op++)
@@ -187,6 +221,9 @@ int main(int argc, char **argv)
         tfa_model_free(s.model);
         free(s.memory);
     }
+    if (loaded)
+        printf("%u kinds: at most %.1f times longer (of %.0f ns), %u more than 6 times\n",
+               doubted.kinds, doubted.times, doubted.ns, doubted.above);
     for (int op = 1; op <= TFA_OP_LAST && !all; op++)
         for (int method = 0; method < METHODS; method++)
             if (found[op][method].kinds)

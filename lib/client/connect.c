@@ -212,7 +212,8 @@ static bool welcome_is_valid(const tfa_welcome *w)
 {
     if (!tfa_ring_slots_valid(w->layout.slots) || w->shape.max_batch == 0 ||
         w->shape.max_batch > BATCH_MAX || w->shape.max_tips > TFA_MAX_TIPS ||
-        w->shape.frames != w->frame_count || w->names_bytes > NAMES_BYTES_MAX)
+        w->shape.frames != w->frame_count || w->constraint_count > TFA_MAX_CONSTRAINTS ||
+        w->names_bytes > NAMES_BYTES_MAX)
         return false;
     tfa_ring_layout ours = tfa_ring_layout_of(&w->shape, w->layout.slots);
     return memcmp(&ours, &w->layout, sizeof ours) == 0 && w->wait >= TFA_WAIT_SPIN &&
@@ -259,7 +260,7 @@ static int split_names(client_names *n, uint32_t count, size_t text_bytes)
 
 static int read_names(const tfa_welcome *w, int fd, client_names **out)
 {
-    const size_t count = (size_t)w->joint_count + w->frame_count;
+    const size_t count = (size_t)w->joint_count + w->frame_count + w->constraint_count;
     const size_t bytes = (size_t)w->names_bytes;
     const size_t types = ((size_t)w->joint_count + w->shape.modes) * sizeof(uint32_t);
     if (bytes < types + count)
@@ -289,6 +290,7 @@ static bool same_names(const tfa_client *client, const client_names *n, const tf
     const client_names *old = client->names;
     return old && old->bytes == n->bytes && client->info.joint_count == w->joint_count &&
            client->info.frame_count == w->frame_count &&
+           client->info.constraint_count == w->constraint_count &&
            memcmp(old->types, n->types, n->bytes) == 0;
 }
 
@@ -330,6 +332,8 @@ static void fill_info(tfa_client *client, const tfa_welcome *w)
         .frame_names = n->strings + w->joint_count,
         .mode_count = w->shape.modes,
         .mode_frames = n->types + w->joint_count,
+        .constraint_count = w->constraint_count,
+        .constraint_names = n->strings + w->joint_count + w->frame_count,
         .model_hash = n->hash,
         .wait = (tfa_wait)w->wait,
         .daemon_pid = w->daemon_pid,

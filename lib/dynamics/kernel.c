@@ -80,6 +80,7 @@ const struct tfa_kernel TFA_V(kernel) = {
     .zero_of_inputs = zero_of_arrays,
     .factor_buffers = TFA_V(factor_buffers),
     .answer_tips = TFA_V(answer_tips),
+    .constraint_residual = TFA_V(residual_of_reply),
     .answer_motion = TFA_V(answer_motion),
     .answer_joint_forces = TFA_V(answer_joint_forces),
     .estimate = TFA_V(estimate_forward),

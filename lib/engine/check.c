@@ -194,12 +194,24 @@ static int check_choices(const struct tfa_model *m, const tfa_request *r, tfa_re
     return TFA_OK;
 }
 
+/* Active ones that the model has, at least one */
+static int check_constraints(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
+{
+    const uint32_t unknown = m->constraints < 32 ? r->constraints >> m->constraints : 0;
+    if (unknown)
+        return tfa_set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_CONSTRAINTS,
+                             m->constraints + (uint32_t)__builtin_ctz(unknown), 0);
+    return r->constraints ? TFA_OK : tfa_set_error(reply, TFA_E_SIZE, TFA_FIELD_CONSTRAINTS, 0, 0);
+}
+
 int tfa_request_check(const tfa_model *model, const tfa_request *request, tfa_reply *reply)
 {
     tfa_reply_begin(model, reply);
     int status = check_choices(model, request, reply);
     if (status == TFA_OK && tfa_is_operational(request))
         status = tfa_check_operational(request, reply);
+    if (status == TFA_OK && TFA_OP_BIT(request->op) & TRAITS_CONSTRAINED)
+        status = check_constraints(model, request, reply);
     if (status == TFA_OK && !has_no_scene(request))
         status = check_scene(model, request, reply);
     if (status != TFA_OK)

@@ -100,6 +100,17 @@ set_array_error(const tfa_request *r, const struct tfa_inputs *inputs, tfa_reply
     return status;
 }
 
+/* Weights of squared torques: above 0 */
+static __attribute__((noinline)) int check_weights(const struct tfa_model *m, const double *weights,
+                                                   tfa_reply *reply)
+{
+    const int status = tfa_check_finite(reply, TFA_FIELD_TORQUE_WEIGHTS, weights, m->v_count, 1);
+    for (uint32_t k = 0; status == TFA_OK && k < m->v_count; k++)
+        if (weights[k] <= 0)
+            return tfa_set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_TORQUE_WEIGHTS, k, 0);
+    return status;
+}
+
 int tfa_check_numbers(const tfa_model *m, const tfa_request *r, const struct tfa_inputs *inputs,
                       double zero, tfa_reply *reply)
 {
@@ -111,5 +122,10 @@ int tfa_check_numbers(const tfa_model *m, const tfa_request *r, const struct tfa
         return tfa_set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_BASE_POSE, 0, 0);
     if (zero != 0)
         return set_array_error(r, inputs, reply);
+    if (r->op == TFA_OP_CONSTRAINED_INVERSE_DYNAMICS && r->torque_weights) {
+        const int status = check_weights(m, r->torque_weights, reply);
+        if (status != TFA_OK)
+            return status;
+    }
     return m->joints_nd ? check_quaternions(m, r, reply) : TFA_OK;
 }

@@ -7,6 +7,7 @@
 
 #include "engine/check_numbers.h"
 #include "engine/methods.h"
+#include "interface/fields.h"
 #include "interface/traits.h"
 
 /* Flags that need tips, and flags that need an op with lambda_inv */
@@ -22,6 +23,8 @@ static int check_flags(const tfa_request *r, tfa_reply *reply)
     if (r->flags & FLAGS_OF_LAMBDA_INV && !(op & TRAITS_LAMBDA_INV))
         return tfa_set_error(reply, TFA_E_UNSUPPORTED, TFA_FIELD_OP, 0, 0);
     if (r->flags & TFA_WANT_JOINT_FORCES && !(op & (TRAIT_FD | TRAIT_ID)))
+        return tfa_set_error(reply, TFA_E_UNSUPPORTED, TFA_FIELD_OP, 0, 0);
+    if (r->flags & TFA_WANT_DELASSUS && !(op & TFA_OPS_CONSTRAINED_SOLVE))
         return tfa_set_error(reply, TFA_E_UNSUPPORTED, TFA_FIELD_OP, 0, 0);
     if ((r->flags & FLAGS_OF_TIPS || op & (TRAIT_OSIM | TRAIT_TASK)) && r->tip_count == 0)
         return tfa_set_error(reply, TFA_E_SIZE, TFA_FIELD_TIPS, 0, 0);
@@ -55,6 +58,23 @@ static int check_rank(const tfa_request *r, tfa_reply *reply)
     return TFA_OK;
 }
 
+/* What a constraint is wanted to do */
+static int check_wanted(const tfa_request *r, tfa_reply *reply)
+{
+    const int status =
+        tfa_check_finite(reply, TFA_FIELD_CONSTRAINT_ACCELERATION, r->constraint_acceleration,
+                         tfa_constraint_numbers(r), r->count);
+    if (status != TFA_OK || !r->stabilisation)
+        return status;
+    for (uint32_t k = 0; k < 2; k++) {
+        if (!isfinite(r->stabilisation[k]))
+            return tfa_set_error(reply, TFA_E_VALUE, TFA_FIELD_STABILISATION, k, 0);
+        if (r->stabilisation[k] < 0)
+            return tfa_set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_STABILISATION, k, 0);
+    }
+    return TFA_OK;
+}
+
 int tfa_check_operational(const tfa_request *r, tfa_reply *reply)
 {
     if ((unsigned)r->rows > TFA_ROWS_POINT)
@@ -64,6 +84,8 @@ int tfa_check_operational(const tfa_request *r, tfa_reply *reply)
     int status = check_flags(r, reply);
     if (status == TFA_OK)
         status = check_rank(r, reply);
+    if (status == TFA_OK && TFA_OP_BIT(r->op) & TRAITS_CONSTRAINED)
+        return check_wanted(r, reply);
     if (status != TFA_OK || r->op != TFA_OP_TASK_TORQUES)
         return status;
     if (!r->task_acceleration)

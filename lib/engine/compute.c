@@ -103,7 +103,8 @@ static int check_form(const tfa_workspace *w, const struct tfa_form *form, const
     tfa_reply_begin(w->model, reply);
     if (r->count == 0)
         return tfa_set_error(reply, TFA_E_SIZE, TFA_FIELD_COUNT, 0, 0);
-    if (r->rank_threshold || r->characteristic_length || r->op == TFA_OP_TASK_TORQUES) {
+    if (r->rank_threshold || r->characteristic_length ||
+        TFA_OP_BIT(r->op) & (TRAIT_TASK | TRAITS_CONSTRAINED)) {
         const int status = tfa_check_operational(r, reply);
         if (status != TFA_OK)
             return status;

@@ -7,6 +7,7 @@
 #include <math.h>
 
 #include "engine/strategy.h"
+#include "interface/fields.h"
 
 static void fill(double *x, size_t width, uint32_t k)
 {
@@ -25,10 +26,22 @@ static void void_operational(const tfa_request *r, size_t rows, uint32_t k, cons
         fill(reply->p, rows, k);
 }
 
+static void void_constrained(const struct tfa_model *m, const tfa_request *r, uint32_t k,
+                             const tfa_reply *reply)
+{
+    const size_t six = tfa_constraint_numbers(r);
+    const int fd = r->op == TFA_OP_CONSTRAINED_DYNAMICS, impact = r->op == TFA_OP_IMPACT;
+    fill(fd ? reply->qdd : impact ? reply->v : reply->tau, m->v_count, k);
+    if (m->base_freedoms)
+        fill(fd ? reply->base_acceleration : impact ? reply->base_twist : reply->base_wrench, 6, k);
+    fill(reply->constraint_wrenches, six, k);
+    fill(reply->constraint_residual, six, k);
+}
+
 static void void_rank(const struct call *c, uint32_t k, const tfa_reply *reply)
 {
     const uint32_t rows = rows_of(c->request) * c->request->tip_count;
-    if (reply->rank && c->traits & (TRAIT_LAMBDA | TRAIT_TASK))
+    if (reply->rank && c->traits & (TRAIT_LAMBDA | TRAIT_TASK | TRAITS_CONSTRAINED))
         reply->rank[k] = (tfa_rank){.threshold = (double)NAN,
                                     .condition = (double)NAN,
                                     .length = (double)NAN,
@@ -65,9 +78,20 @@ void tfa_void_failed_state(const tfa_workspace *w, const struct call *c, uint32_
         fill(reply->tau, w->model->v_count, k);
         fill(w->model->base_freedoms ? reply->base_wrench : NULL, 6, k);
     }
+    if (c->traits & TRAITS_CONSTRAINED)
+        void_constrained(w->model, r, k, reply);
     if (status == TFA_E_RANK)
         return;
     void_rank(c, k, reply);
+    if (c->traits & TRAITS_CONSTRAINED) {
+        const size_t six = tfa_constraint_numbers(r);
+        if (c->traits & TFA_OPS_CONSTRAINED_SOLVE)
+            fill(reply->lost, TFA_LOST_MAX * (2 + six), k);
+        fill(reply->constraint_position, six, k);
+        fill(reply->constraint_velocity, six, k);
+        if (r->flags & TFA_WANT_DELASSUS)
+            fill(reply->delassus, six * six, k);
+    }
     if (c->traits & TRAIT_JOINT_FORCES)
         fill(reply->joint_forces, 6 * (size_t)w->model->frames, k);
     void_derivatives(w->model, c->traits, k, reply);

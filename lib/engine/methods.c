@@ -129,6 +129,10 @@ const char *tfa_field_name(tfa_field field)
         [TFA_FIELD_MODE_VELOCITIES] = "mode_velocities",
         [TFA_FIELD_BODY] = "body",
         [TFA_FIELD_COST] = "cost",
+        [TFA_FIELD_CONSTRAINTS] = "constraints",
+        [TFA_FIELD_CONSTRAINT_ACCELERATION] = "constraint_acceleration",
+        [TFA_FIELD_STABILISATION] = "stabilisation",
+        [TFA_FIELD_TORQUE_WEIGHTS] = "torque_weights",
     };
     if ((unsigned)field >= sizeof names / sizeof *names)
         return "";

@@ -66,11 +66,28 @@ struct tfa_resolved tfa_resolve_method(const tfa_workspace *w, const tfa_request
     return by;
 }
 
+/* Sides of active constraints that are on links */
+static uint32_t tips_of_constraints(const tfa_model *m, const tfa_request *r)
+{
+    uint32_t sides = 0;
+    for (uint32_t k = 0; k < m->constraints; k++)
+        if (r->constraints >> k & 1)
+            for (int side = 0; side < 2; side++)
+                sides += m->closure[k].frame[side] >= 0 ? 1u : 0;
+    return sides;
+}
+
 int tfa_reserved_check(const tfa_workspace *w, const tfa_request *r, tfa_reply *reply)
 {
     const int whole = r->op == TFA_OP_MASS_MATRIX;
     if (r->tip_count > w->reserved.tips) {
         reply->field = TFA_FIELD_TIPS;
+        reply->index = w->reserved.tips;
+        return reply->status = TFA_E_UNSUPPORTED;
+    }
+    if (TFA_OP_BIT(r->op) & TRAITS_CONSTRAINED &&
+        tips_of_constraints(w->model, r) > w->reserved.tips) {
+        reply->field = TFA_FIELD_CONSTRAINTS;
         reply->index = w->reserved.tips;
         return reply->status = TFA_E_UNSUPPORTED;
     }

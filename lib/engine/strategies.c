@@ -282,6 +282,8 @@ static int body_lanes_serve(const tfa_workspace *w, const struct call *c)
 {
     if (c->traits & TRAIT_ID)
         return !(c->traits & (TRAIT_TIPS | TRAITS_ADDED));
+    if (c->traits & TRAIT_CONSTRAINED_FD)
+        return !(c->traits & (TRAIT_TIPS | TRAITS_ADDED | TRAIT_ESTIMATE));
     if (c->traits & TRAIT_ESTIMATE && c->traits & TRAIT_TIPS)
         return 0;
     return c->traits & (TRAIT_FD | TRAIT_TASK) ||
@@ -300,6 +302,19 @@ static int body_lanes_joint_forces(tfa_workspace *w, const struct call *c, uint3
     return w->kernel->answer_joint_forces(w->state, c->request, c->by, k, 1, reply);
 }
 
+/* Returns 0 if the kernel of one state must answer instead. */
+static int body_lanes_constraints(tfa_workspace *w, const struct call *c, uint32_t k,
+                                  tfa_reply *reply, tfa_answer *answer)
+{
+    const tfa_request *r = c->request;
+    if (!has_accelerations(w, reply))
+        return 0;
+    w->body_lanes->copy_factors(w->body_lanes_state, r, &w->factors);
+    return w->kernel->answer_tips(w->state, r, c->by, k, reply, answer) &&
+           w->body_lanes->accelerate(w->body_lanes_state, r, &w->factors, k, reply) &&
+           w->kernel->constraint_residual(w->state, k, reply);
+}
+
 static uint32_t run_body_lanes(tfa_workspace *w, const struct call *c, uint32_t k, uint32_t end,
                                tfa_reply *reply)
 {
@@ -310,6 +325,8 @@ static uint32_t run_body_lanes(tfa_workspace *w, const struct call *c, uint32_t 
     if (!answered ||
         !estimate_if_requested(w, c, k, answered == TFA_ANSWERED_SENTINEL, 1, reply, &answer) ||
         !body_lanes_joint_forces(w, c, k, reply))
+        return 0;
+    if (c->traits & TRAIT_CONSTRAINED_FD && !body_lanes_constraints(w, c, k, reply, &answer))
         return 0;
     if (c->traits & TRAIT_TIPS) {
         w->body_lanes->copy_factors(w->body_lanes_state, c->request, &w->factors);
@@ -359,7 +376,8 @@ static const struct strategy strategies[TFA_STRATEGIES] = {
      NULL, run_segments},
     {"batch", has_batch, TRAIT_FD | TRAIT_ID | TRAIT_M | TRAITS_DERIVATIVES, TRAIT_TIPS,
      TRAIT_JOINT_FORCES, TFA_METHODS_ALL, batch_serves, run_batch},
-    {"body lanes", has_body_lanes, TRAIT_FD | TRAIT_ID | TRAIT_OSIM | TRAIT_TASK,
+    {"body lanes", has_body_lanes,
+     TRAIT_FD | TRAIT_ID | TRAIT_OSIM | TRAIT_TASK | TRAIT_CONSTRAINED_FD,
      REFUSED_BY_FACTORS | TRAIT_LAMBDA, TRAIT_TIP_MOTION | TRAIT_JOINT_FORCES,
      ARTICULATED | BIT(TFA_METHOD_RNEA), body_lanes_serve, run_body_lanes},
     {"scalar", always, ANY_OP, 0, TRAITS_ADDED, TFA_METHODS_ALL, NULL, run_scalar},

@@ -30,20 +30,21 @@ enum tfa_extent {
     EXTENT_ROWS = -5, /**< of all tips: 6 or 3 each */
     EXTENT_LINKS = -6,
     EXTENT_BASE = -7,      /**< 6; a fixed base has no such array */
-    EXTENT_LOST = -8,      /**< two numbers and the rows of all tips */
+    EXTENT_LOST = -8,      /**< two numbers and the rows of all tips, or of all constraints */
     EXTENT_BASE_POSE = -9, /**< 7, as EXTENT_BASE */
     EXTENT_WRENCHES = -10,
     EXTENT_PAYLOADS = -11,
     EXTENT_LOCKED = -12,
-    EXTENT_COUNT = -13, /**< states */
-    EXTENT_MODES = -14, /**< of flexible links */
+    EXTENT_COUNT = -13,       /**< states */
+    EXTENT_MODES = -14,       /**< of flexible links */
+    EXTENT_CONSTRAINTS = -15, /**< six for each active constraint */
 };
 
 /** Lengths of one robot and one request */
 typedef struct tfa_extents {
     size_t q, v, base, links; /**< base: its freedoms */
     size_t count, tips, rows, wrenches, payloads, locked;
-    size_t modes;
+    size_t modes, constraints; /**< six for each active one */
 } tfa_extents;
 
 /** Arrays of a request in the order of the wire: X(NAME, member of tfa_request, axes), with three
@@ -65,7 +66,10 @@ typedef struct tfa_extents {
     X(PAYLOADS, payloads, NONE, PAYLOADS, PAYLOAD)                                                 \
     X(LOCKED, locked, NONE, NONE, LOCKED)                                                          \
     X(MODES, modes, COUNT, NONE, MODES)                                                            \
-    X(MODE_VELOCITIES, mode_velocities, COUNT, NONE, MODES)
+    X(MODE_VELOCITIES, mode_velocities, COUNT, NONE, MODES)                                        \
+    X(CONSTRAINT_ACCELERATION, constraint_acceleration, COUNT, NONE, CONSTRAINTS)                  \
+    X(STABILISATION, stabilisation, NONE, NONE, 2)                                                 \
+    X(TORQUE_WEIGHTS, torque_weights, NONE, NONE, V)
 
 /** Without what an output is not there, though its op or flag asks for it */
 enum tfa_needs {
@@ -79,10 +83,14 @@ enum tfa_needs {
 /* Sets of ops: one, those that answer torques, that solve for accelerations, that read them, that
  * read wrenches */
 #define TFA_OPS_BIAS TFA_OP_BIT(TFA_OP_BIAS)
-#define TFA_OPS_TORQUES (TFA_OPS_ID | TFA_OPS_TASK)
-#define TFA_OPS_FORWARD (TFA_OPS_FD | TFA_OPS_TASK | TFA_OPS_DERIVATIVES)
+#define TFA_OPS_TORQUES (TFA_OPS_ID | TFA_OPS_TASK | TFA_OPS_CONSTRAINED_ID)
+#define TFA_OPS_FORWARD (TFA_OPS_FD | TFA_OPS_TASK | TFA_OPS_DERIVATIVES | TFA_OPS_CONSTRAINED_FD)
+#define TFA_OPS_ACCELERATIONS (TFA_OPS_FD | TFA_OPS_CONSTRAINED_FD)
+#define TFA_OPS_RANK (TFA_OPS_TASK | TFA_OPS_CONSTRAINED)
+#define TFA_OPS_LOST (TFA_OPS_TASK | TFA_OPS_CONSTRAINED_SOLVE)
 #define TFA_OPS_MOTION (TFA_OPS_FD | TFA_OPS_ID) /* accelerations and forces of all joints */
-#define TFA_OPS_INVERSE (TFA_OPS_ID | TFA_OPS_BIAS | TFA_OPS_ID_DERIVATIVES)
+#define TFA_OPS_INVERSE                                                                            \
+    (TFA_OPS_ID | TFA_OPS_BIAS | TFA_OPS_ID_DERIVATIVES | TFA_OPS_CONSTRAINED_ID)
 #define TFA_OPS_FORCES (TFA_OPS_FORWARD | TFA_OPS_INVERSE)
 /* Sets of answers by flag: with a rank; all with ops that answer lambda_inv only; motion of tips */
 #define TFA_WANT_RANK (TFA_WANT_LAMBDA | TFA_WANT_MU | TFA_WANT_P)
@@ -95,8 +103,8 @@ enum tfa_needs {
  *  answer it, flags that ask for it, needs). Each has an axis of states first. */
 #define TFA_OUTPUT_LIST(X)                                                                         \
     X(ANSWERS, answers, NONE, NONE, TFA_OPS_ALL, 0, NOTHING)                                       \
-    X(OUT_QDD, qdd, NONE, V, TFA_OPS_FD, 0, NOTHING)                                               \
-    X(OUT_BASE_ACCELERATION, base_acceleration, NONE, BASE, TFA_OPS_FD, 0, NOTHING)                \
+    X(OUT_QDD, qdd, NONE, V, TFA_OPS_ACCELERATIONS, 0, NOTHING)                                    \
+    X(OUT_BASE_ACCELERATION, base_acceleration, NONE, BASE, TFA_OPS_ACCELERATIONS, 0, NOTHING)     \
     X(OUT_TAU, tau, NONE, V, TFA_OPS_TORQUES, 0, NOTHING)                                          \
     X(OUT_BASE_WRENCH, base_wrench, NONE, BASE, TFA_OPS_TORQUES, 0, NOTHING)                       \
     X(LAMBDA_INV, lambda_inv, ROWS, ROWS, TFA_OPS_SOLVE, 0, TIPS)                                  \
@@ -114,8 +122,8 @@ enum tfa_needs {
     X(MOMENTUM, momentum, NONE, 6, 0, TFA_WANT_MOMENTUM, NOTHING)                                  \
     X(ENERGY, energy, NONE, 2, 0, TFA_WANT_ENERGY, NOTHING)                                        \
     X(LAMBDA, lambda, ROWS, ROWS, 0, TFA_WANT_LAMBDA, LAMBDA_INV)                                  \
-    X(RANK, rank, NONE, NONE, TFA_OPS_TASK, TFA_WANT_RANK, LAMBDA_INV)                             \
-    X(LOST, lost, DIRECTIONS, LOST, TFA_OPS_TASK, TFA_WANT_RANK, LAMBDA_INV)                       \
+    X(RANK, rank, NONE, NONE, TFA_OPS_RANK, TFA_WANT_RANK, LAMBDA_INV)                             \
+    X(LOST, lost, DIRECTIONS, LOST, TFA_OPS_LOST, TFA_WANT_RANK, LAMBDA_INV)                       \
     X(MU, mu, NONE, ROWS, 0, TFA_WANT_MU, LAMBDA_INV)                                              \
     X(P, p, NONE, ROWS, 0, TFA_WANT_P, LAMBDA_INV)                                                 \
     X(GRAVITY_FORCE, gravity_force, NONE, FREEDOMS, TFA_OPS_BIAS, 0, NOTHING)                      \
@@ -129,19 +137,31 @@ enum tfa_needs {
     X(JOINT_FORCES, joint_forces, LINKS, 6, 0, TFA_WANT_JOINT_FORCES, MOTION)                      \
     X(OUT_MODES, modes, NONE, MODES, TFA_OPS_FD, 0, NOTHING)                                       \
     X(DTAU_DQ, dtau_dq, FREEDOMS, FREEDOMS, TFA_OPS_ID_DERIVATIVES, 0, NOTHING)                    \
-    X(DTAU_DV, dtau_dv, FREEDOMS, FREEDOMS, TFA_OPS_ID_DERIVATIVES, 0, NOTHING)
+    X(DTAU_DV, dtau_dv, FREEDOMS, FREEDOMS, TFA_OPS_ID_DERIVATIVES, 0, NOTHING)                    \
+    X(CONSTRAINT_WRENCHES, constraint_wrenches, NONE, CONSTRAINTS, TFA_OPS_CONSTRAINED, 0,         \
+      NOTHING)                                                                                     \
+    X(CONSTRAINT_POSITION, constraint_position, NONE, CONSTRAINTS, TFA_OPS_CONSTRAINED, 0,         \
+      NOTHING)                                                                                     \
+    X(CONSTRAINT_VELOCITY, constraint_velocity, NONE, CONSTRAINTS, TFA_OPS_CONSTRAINED, 0,         \
+      NOTHING)                                                                                     \
+    X(CONSTRAINT_RESIDUAL, constraint_residual, NONE, CONSTRAINTS, TFA_OPS_CONSTRAINED, 0,         \
+      NOTHING)                                                                                     \
+    X(DELASSUS, delassus, CONSTRAINTS, CONSTRAINTS, 0, TFA_WANT_DELASSUS, NOTHING)                 \
+    X(OUT_V, v, NONE, V, TFA_OPS_IMPACT, 0, NOTHING)                                               \
+    X(OUT_BASE_TWIST, base_twist, NONE, BASE, TFA_OPS_IMPACT, 0, NOTHING)
 
 /** How JSON prints an output */
 enum tfa_layout {
-    LAYOUT_VECTOR,   /**< [...] */
-    LAYOUT_MATRIX,   /**< [[row],...] */
-    LAYOUT_NUMBER,   /**< one number */
-    LAYOUT_FREEDOMS, /**< [joints], and with a floating base "base_KEY":[6] */
-    LAYOUT_BY_LINK,  /**< {link: row, ...}, one row for each frame */
-    LAYOUT_ENERGY,   /**< {"kinetic":..,"potential":..} */
-    LAYOUT_LOST,     /**< an object for each direction, with the rank */
-    LAYOUT_SPECTRUM, /**< no numbers but tfa_spectrum: keys of its own */
-    LAYOUT_RANK,     /**< no numbers but tfa_rank: keys of its own */
+    LAYOUT_VECTOR,        /**< [...] */
+    LAYOUT_MATRIX,        /**< [[row],...] */
+    LAYOUT_NUMBER,        /**< one number */
+    LAYOUT_FREEDOMS,      /**< [joints], and with a floating base "base_KEY":[6] */
+    LAYOUT_BY_LINK,       /**< {link: row, ...}, one row for each frame */
+    LAYOUT_BY_CONSTRAINT, /**< {constraint: row, ...}, one for each active one */
+    LAYOUT_ENERGY,        /**< {"kinetic":..,"potential":..} */
+    LAYOUT_LOST,          /**< an object for each direction, with the rank */
+    LAYOUT_SPECTRUM,      /**< no numbers but tfa_spectrum: keys of its own */
+    LAYOUT_RANK,          /**< no numbers but tfa_rank: keys of its own */
 };
 
 /** Outputs in the order in which JSON and Python print them, all but the answers: X(NAME in
@@ -150,6 +170,9 @@ enum tfa_layout {
     X(OUT_QDD, qdd, "qdd", VECTOR, "accelerations, rad/s^2 or m/s^2: time derivatives of v")       \
     X(OUT_BASE_ACCELERATION, base_acceleration, "base_acceleration", VECTOR,                       \
       "time derivatives of the components of base_twist, m/s^2 and rad/s^2")                       \
+    X(OUT_V, v, "v", VECTOR, "velocities after the impact, rad/s or m/s")                          \
+    X(OUT_BASE_TWIST, base_twist, "base_twist", VECTOR,                                            \
+      "of the root link after the impact, in its axes, m/s and rad/s")                             \
     X(OUT_MODES, modes, "modes", VECTOR, "accelerations of the modal coordinates, 1/s^2")          \
     X(OUT_TAU, tau, "tau", VECTOR, "joint forces, N m or N")                                       \
     X(OUT_BASE_WRENCH, base_wrench, "base_wrench", VECTOR,                                         \
@@ -189,11 +212,21 @@ enum tfa_layout {
     X(DQDD_DTAU, dqdd_dtau, "dqdd_dtau", MATRIX, "by the force of each freedom: M^-1")             \
     X(DTAU_DQ, dtau_dq, "dtau_dq", MATRIX, "by motion along each freedom")                         \
     X(DTAU_DV, dtau_dv, "dtau_dv", MATRIX, "by the velocity of each freedom")                      \
+    X(CONSTRAINT_WRENCHES, constraint_wrenches, "constraint_wrenches", BY_CONSTRAINT,              \
+      "on the second frames of the active constraints, axes of the first ones, N and N m; of\n"    \
+      "impact impulses, N s and N m s")                                                            \
+    X(CONSTRAINT_RESIDUAL, constraint_residual, "constraint_residual", BY_CONSTRAINT,              \
+      "acceleration that is not met, m/s^2 and rad/s^2; of impact velocity, m/s and rad/s")        \
+    X(CONSTRAINT_POSITION, constraint_position, "constraint_position", BY_CONSTRAINT,              \
+      "errors of position, m and rad")                                                             \
+    X(CONSTRAINT_VELOCITY, constraint_velocity, "constraint_velocity", BY_CONSTRAINT,              \
+      "errors of velocity, m/s and rad/s; of impact before it")                                    \
+    X(DELASSUS, delassus, "delassus", MATRIX, "J_c M^-1 J_c^T of the active constraints")          \
     X(SPECTRUM, spectrum, "spectrum", SPECTRUM,                                                    \
       "rank and extreme eigenvalues of lambda_inv, as rank, eig_min, eig_max")                     \
     X(RANK, rank, "rank", RANK,                                                                    \
-      "rank of lambda_inv as lambda and task torques used it, as rank, lost, threshold, "          \
-      "condition,\nlength, error_estimate")                                                        \
+      "rank of lambda_inv, or of the constraints' rows, as the op used it, as rank, lost,\n"       \
+      "threshold, condition, length, error_estimate")                                              \
     X(LOST, lost, "lost", LOST,                                                                    \
       "directions at or below the threshold, by ascending singular value, the rest 0: "            \
       "singular\nvalue (1/sqrt(kg)), acceleration given up along it (m/s^2), direction")
@@ -208,7 +241,7 @@ enum tfa_layout {
     X(base_pose, TFA_OPS_ALL, 0)                                                                   \
     X(base_twist, TFA_OPS_ALL, 0)                                                                  \
     X(gravity, TFA_OPS_ALL, 0)                                                                     \
-    X(tau, TFA_OPS_FD | TFA_OPS_DERIVATIVES, 0)                                                    \
+    X(tau, TFA_OPS_FD | TFA_OPS_DERIVATIVES | TFA_OPS_CONSTRAINED_FD, 0)                           \
     X(posture_torques, TFA_OPS_TASK, 0)                                                            \
     X(base_wrench, TFA_OPS_FORWARD, 0)                                                             \
     X(qdd, TFA_OPS_INVERSE, 0)                                                                     \
@@ -220,13 +253,17 @@ enum tfa_layout {
     X(rows, TFA_OPS_SOLVE, TFA_WANT_OF_TIPS)                                                       \
     X(frame, TFA_OPS_FORCES | TFA_OPS_OSIM, TFA_WANT_OF_TIPS)                                      \
     X(acceleration, TFA_OPS_TASK, 0)                                                               \
-    X(rank_loss, TFA_OPS_TASK, TFA_WANT_RANK)                                                      \
-    X(rank_threshold, TFA_OPS_TASK, TFA_WANT_RANK)                                                 \
-    X(characteristic_length, TFA_OPS_TASK, TFA_WANT_RANK)                                          \
+    X(rank_loss, TFA_OPS_RANK, TFA_WANT_RANK)                                                      \
+    X(rank_threshold, TFA_OPS_RANK, TFA_WANT_RANK)                                                 \
+    X(characteristic_length, TFA_OPS_RANK, TFA_WANT_RANK)                                          \
     X(method, TFA_OPS_ALL, 0)                                                                      \
     X(refine, TFA_OPS_SOLVE, 0)                                                                    \
     X(estimate, TFA_OPS_SOLVE, 0)                                                                  \
     X(poses, TFA_OPS_SOLVE, 0)                                                                     \
+    X(constraints, TFA_OPS_CONSTRAINED, 0)                                                         \
+    X(constraint_acceleration, TFA_OPS_CONSTRAINED & ~TFA_OPS_IMPACT, 0)                           \
+    X(stabilisation, TFA_OPS_CONSTRAINED, 0)                                                       \
+    X(torque_weights, TFA_OPS_CONSTRAINED_ID, 0)                                                   \
     X(payload, TFA_OPS_ALL, 0)                                                                     \
     X(locked, TFA_OPS_ALL & ~TFA_OPS_M, 0)
 
@@ -244,7 +281,8 @@ enum tfa_layout {
     X("mu", MU)                                                                                    \
     X("p", P)                                                                                      \
     X("spectrum", SPECTRUM)                                                                        \
-    X("joint_forces", JOINT_FORCES)
+    X("joint_forces", JOINT_FORCES)                                                                \
+    X("delassus", DELASSUS)
 
 /** An output of TFA_OUTPUT_LIST */
 typedef struct tfa_output {
@@ -305,7 +343,28 @@ static inline int tfa_is_printed(const tfa_output *output, uint32_t base_freedom
         return base_freedoms != 0;
     if (output->columns == EXTENT_MODES)
         return modes != 0;
+    if (output->columns == EXTENT_LOST && TFA_OP_BIT(r->op) & TFA_OPS_CONSTRAINED)
+        return 1;
     return (output->columns != EXTENT_ROWS && output->columns != EXTENT_LOST) || r->tip_count;
+}
+
+/** Six for each active constraint; 0 of ops without */
+static inline size_t tfa_constraints_of(uint32_t op, uint32_t constraints)
+{
+    return op <= TFA_OP_LAST && TFA_OP_BIT(op) & TFA_OPS_CONSTRAINED
+               ? 6 * (size_t)__builtin_popcount(constraints)
+               : 0;
+}
+
+/** Bits of all constraints of a robot */
+static inline uint32_t tfa_all_constraints(uint32_t count)
+{
+    return (uint32_t)((UINT64_C(1) << count) - 1);
+}
+
+static inline size_t tfa_constraint_numbers(const tfa_request *r)
+{
+    return tfa_constraints_of((uint32_t)r->op, r->constraints);
 }
 
 /** Lengths of a request to a robot */
@@ -322,7 +381,8 @@ static inline tfa_extents tfa_extents_of(uint32_t q, uint32_t v, uint32_t base, 
                          .wrenches = r->wrench_count,
                          .payloads = r->payload_count,
                          .locked = r->locked_count,
-                         .modes = modes};
+                         .modes = modes,
+                         .constraints = tfa_constraint_numbers(r)};
 }
 
 /** Length of an axis; 1 of one that is not there. */
@@ -346,7 +406,7 @@ static inline size_t tfa_extent(int extent, const tfa_extents *n)
     case EXTENT_BASE:
         return 6;
     case EXTENT_LOST:
-        return 2 + n->rows;
+        return 2 + (n->constraints ? n->constraints : n->rows);
     case EXTENT_BASE_POSE:
         return 7;
     case EXTENT_WRENCHES:
@@ -359,6 +419,8 @@ static inline size_t tfa_extent(int extent, const tfa_extents *n)
         return n->count;
     case EXTENT_MODES:
         return n->modes;
+    case EXTENT_CONSTRAINTS:
+        return n->constraints;
     default:
         return (size_t)extent;
     }

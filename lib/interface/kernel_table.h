@@ -70,10 +70,15 @@ struct tfa_kernel {
     struct tfa_factor_buffers (*factor_buffers)(struct state *s);
     /* What a state of a checked request, which changes nothing about the robot, asks of its tips,
      * with the factors of the bodies that carry them: of another kernel, written to its
-     * factor_buffers: Lambda^-1, neither refined nor estimated, or task torques. Returns 0 where
-     * the kernel of one state must answer: some of it is not finite, or a direction is lost. */
+     * factor_buffers: Lambda^-1, neither refined nor estimated, task torques, or wrenches of
+     * constraints, which leave their u in factor_buffers. Returns 0 where the kernel of one state
+     * must answer: some of it is not finite, or a direction is lost. */
     int (*answer_tips)(struct state *s, const tfa_request *request, struct tfa_resolved by,
                        uint32_t k, tfa_reply *reply, tfa_answer *answer);
+
+    /* After wrenches of constraints: the residual of the accelerations in the reply. Returns
+     * whether all of it is finite. */
+    int (*constraint_residual)(struct state *s, uint32_t k, tfa_reply *reply);
 
     /* Answers of kinematics for state k of a checked request, those of its flags that are among
      * `flags`. Returns whether all of it is finite. */
@@ -161,10 +166,15 @@ struct tfa_body_lanes_kernel {
     int (*answer)(struct state *s, const tfa_request *request, uint32_t k, tfa_reply *reply);
     /* Of the accelerations that came last, as tfa_kernel.estimate */
     int (*estimate)(struct state *s, double limit, tfa_answer *answer);
-    /* Of the state that came last, the factors of all bodies that carry a tip of the request, for
-     * task torques with c and u. Whether they are finite is checked where they are used. */
+    /* Of the state that came last, the factors of all bodies that carry a tip of the request or a
+     * frame of its constraints, for task torques and these with c and u. Whether they are finite
+     * is checked where they are used. */
     void (*copy_factors)(const struct state *s, const tfa_request *request,
                          const struct tfa_factor_buffers *to);
+    /* Accelerations of the same state with the forces u of these bodies from there. Returns 1 when
+     * all are finite. */
+    int (*accelerate)(struct state *s, const tfa_request *request,
+                      const struct tfa_factor_buffers *from, uint32_t k, tfa_reply *reply);
     /* Of the same state X, v, and a and f of inverse dynamics of the accelerations in the reply. No
      * answer of this state comes from it afterwards but factors. */
     void (*copy_forces)(struct state *s, const tfa_reply *reply,

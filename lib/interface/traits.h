@@ -19,31 +19,37 @@ enum {
     TRAIT_TASK = TFA_OP_BIT(TFA_OP_TASK_TORQUES),
     TRAIT_DERIVATIVES = TFA_OP_BIT(TFA_OP_DERIVATIVES),
     TRAIT_ID_DERIVATIVES = TFA_OP_BIT(TFA_OP_INVERSE_DYNAMICS_DERIVATIVES),
-    TRAIT_TIPS = 1u << 10,             /* at least one tip */
-    TRAIT_SEVERAL_TIPS = 1u << 11,     /* at least two */
-    TRAIT_TIP_MOTION = 1u << 12,       /* twists, Jacobians, bias accelerations of tips */
-    TRAIT_BODY_MOTION = 1u << 13,      /* frame poses, centre of mass, momentum, energy */
-    TRAIT_SPECTRUM = 1u << 14,         /* of lambda_inv */
-    TRAIT_LAMBDA = 1u << 15,           /* lambda, mu, p */
-    TRAIT_POINT = 1u << 16,            /* three rows for each tip */
-    TRAIT_WRENCH = 1u << 17,           /* external wrenches */
-    TRAIT_PAYLOAD = 1u << 18,          /* payloads of the request */
-    TRAIT_LOCK = 1u << 19,             /* locked joints of the request */
-    TRAIT_REFINE = 1u << 20,           /* a number of refinement steps above 0 */
-    TRAIT_DEFAULT_REFINE = 1u << 21,   /* the method's own number of steps */
-    TRAIT_ESTIMATE = 1u << 22,         /* an error estimate of every answer */
-    TRAIT_DEFAULT_ESTIMATE = 1u << 23, /* one where the method or the sentinel asks for it */
-    TRAIT_POSES = 1u << 24,            /* of the tips */
-    TRAIT_JOINT_FORCES = 1u << 25,     /* across all joints */
+    TRAIT_CONSTRAINED_FD = TFA_OP_BIT(TFA_OP_CONSTRAINED_DYNAMICS),
+    TRAIT_IMPACT = TFA_OP_BIT(TFA_OP_IMPACT),
+    TRAIT_CONSTRAINED_ID = TFA_OP_BIT(TFA_OP_CONSTRAINED_INVERSE_DYNAMICS),
+    TRAIT_TIPS = 1u << 14,             /* at least one tip */
+    TRAIT_SEVERAL_TIPS = 1u << 15,     /* at least two */
+    TRAIT_TIP_MOTION = 1u << 16,       /* twists, Jacobians, bias accelerations of tips */
+    TRAIT_BODY_MOTION = 1u << 17,      /* frame poses, centre of mass, momentum, energy */
+    TRAIT_SPECTRUM = 1u << 18,         /* of lambda_inv */
+    TRAIT_LAMBDA = 1u << 19,           /* lambda, mu, p */
+    TRAIT_POINT = 1u << 20,            /* three rows for each tip */
+    TRAIT_WRENCH = 1u << 21,           /* external wrenches */
+    TRAIT_PAYLOAD = 1u << 22,          /* payloads of the request */
+    TRAIT_LOCK = 1u << 23,             /* locked joints of the request */
+    TRAIT_REFINE = 1u << 24,           /* a number of refinement steps above 0 */
+    TRAIT_DEFAULT_REFINE = 1u << 25,   /* the method's own number of steps */
+    TRAIT_ESTIMATE = 1u << 26,         /* an error estimate of every answer */
+    TRAIT_DEFAULT_ESTIMATE = 1u << 27, /* one where the method or the sentinel asks for it */
+    TRAIT_POSES = 1u << 28,            /* of the tips */
+    TRAIT_JOINT_FORCES = 1u << 29,     /* across all joints */
 };
+_Static_assert(TRAIT_TIPS > TFA_OP_BIT(TFA_OP_LAST), "ops come first");
 
 /* Ops that solve for accelerations with tau: forward dynamics and those made of it */
-#define TRAITS_FORWARD (TRAIT_FD | TRAIT_TASK | TRAIT_DERIVATIVES)
+#define TRAITS_FORWARD (TRAIT_FD | TRAIT_TASK | TRAIT_DERIVATIVES | TRAIT_CONSTRAINED_FD)
 /* Ops that read accelerations */
-#define TRAITS_INVERSE (TRAIT_ID | TRAIT_BIAS | TRAIT_ID_DERIVATIVES)
+#define TRAITS_INVERSE (TRAIT_ID | TRAIT_BIAS | TRAIT_ID_DERIVATIVES | TRAIT_CONSTRAINED_ID)
 #define TRAITS_DERIVATIVES (TRAIT_DERIVATIVES | TRAIT_ID_DERIVATIVES)
 /* Ops that answer lambda_inv */
 #define TRAITS_LAMBDA_INV (TRAIT_FD | TRAIT_OSIM | TRAIT_TASK)
+/* Ops with constraints */
+#define TRAITS_CONSTRAINED (TRAIT_CONSTRAINED_FD | TRAIT_IMPACT | TRAIT_CONSTRAINED_ID)
 /* Ops that read velocities, gravity and wrenches, whatever the flags */
 #define TRAITS_DYNAMICS (TRAITS_FORWARD | TRAITS_INVERSE)
 /* Answers of kinematics besides those of the op */
@@ -94,7 +100,7 @@ static inline uint32_t traits_of(const tfa_request *r)
 static inline int tfa_is_operational(const tfa_request *r)
 {
     return r->flags || r->rows || r->rank_loss || r->rank_threshold || r->characteristic_length ||
-           TFA_OP_BIT(r->op) & (TRAIT_OSIM | TRAIT_TASK);
+           TFA_OP_BIT(r->op) & (TRAIT_OSIM | TRAIT_TASK | TRAITS_CONSTRAINED);
 }
 
 /* Rows of a tip; as many as there can be if the kind does not exist */
@@ -111,7 +117,8 @@ static inline uint32_t rows_of(const tfa_request *r)
 /* 1: velocities are read */
 static inline int reads_velocity(const tfa_request *r)
 {
-    return (TFA_OP_BIT(r->op) & TRAITS_DYNAMICS) != 0 || (r->flags & FLAGS_VELOCITY) != 0;
+    return (TFA_OP_BIT(r->op) & (TRAITS_DYNAMICS | TRAIT_IMPACT)) != 0 ||
+           (r->flags & FLAGS_VELOCITY) != 0;
 }
 
 /* 1: gravity is read */

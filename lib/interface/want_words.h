@@ -56,6 +56,9 @@ static inline void tfa_want_refuse(uint32_t flags, uint32_t op_bit, const char *
     else if (flags & TFA_WANT_JOINT_FORCES && !(op_bit & TFA_OPS_MOTION))
         snprintf(text, size,
                  "%s does not answer joint_forces; forward_dynamics and inverse_dynamics do", name);
+    else if (flags & TFA_WANT_DELASSUS && !(op_bit & TFA_OPS_CONSTRAINED_SOLVE))
+        snprintf(text, size, "%s does not answer delassus; constrained_dynamics and impact do",
+                 name);
 }
 
 #endif

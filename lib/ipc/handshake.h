@@ -14,7 +14,7 @@
 
 #define TFA_HANDSHAKE_MAGIC 0x31414654u /* "TFA1" */
 /** Incremented with every change of handshake.h, wire.h or ring.h. */
-#define TFA_HANDSHAKE_ABI 11u
+#define TFA_HANDSHAKE_ABI 12u
 #define TFA_ROBOT_NAME_MAX 63
 /** Locked (F_OFD_SETLK) by the daemon of a runtime directory during its lifetime. */
 #define TFA_LOCK_FILE "totalforced.lock"
@@ -44,10 +44,12 @@ typedef struct tfa_welcome {
     int32_t daemon_pid;
     tfa_wire_shape shape;
     uint32_t joint_count, frame_count;
-    uint32_t wait, spin_ns; /** granted */
+    uint32_t constraint_count, reserved; /** reserved: 0 */
+    uint32_t wait, spin_ns;              /** granted */
     tfa_ring_layout layout;
     /** Size of the names segment: joint_count uint32_t tfa_joint_type, shape.modes uint32_t frames
-     *  of flexible links, then joint_count and frame_count strings, each with its final 0. */
+     *  of flexible links, then joint_count, frame_count and constraint_count strings, each with its
+     *  final 0. */
     uint64_t names_bytes;
     char model_hash[65];
     char text[191]; /** reason of a refusal */

@@ -57,6 +57,8 @@ INLINE tfa_extents limited(const tfa_wire_shape *shape, tfa_extents n, uint32_t 
     n.q = shape->q_count;
     n.v = shape->v_count;
     n.modes = shape->modes;
+    const size_t constraints = tfa_wire_constraints(shape);
+    n.constraints = n.constraints < constraints ? n.constraints : constraints;
     return n;
 }
 
@@ -66,7 +68,8 @@ static tfa_extents counts_of_request(const tfa_wire_shape *shape, const tfa_requ
                            .tips = r->tip_count,
                            .wrenches = r->wrench_count,
                            .payloads = r->payload_count,
-                           .locked = r->locked_count};
+                           .locked = r->locked_count,
+                           .constraints = tfa_constraint_numbers(r)};
     return limited(shape, n, r->rows);
 }
 
@@ -76,7 +79,8 @@ static tfa_extents counts_of_line(const tfa_wire_shape *shape, const tfa_wire_re
                            .tips = line->tip_count,
                            .wrenches = line->wrench_count,
                            .payloads = line->payload_count,
-                           .locked = line->locked_count};
+                           .locked = line->locked_count,
+                           .constraints = tfa_constraints_of(line->op, line->constraints)};
     return limited(shape, n, line->rows);
 }
 
@@ -101,7 +105,8 @@ size_t tfa_wire_request_capacity(const tfa_wire_shape *shape)
                              .tips = SIZE_MAX,
                              .wrenches = SIZE_MAX,
                              .payloads = SIZE_MAX,
-                             .locked = SIZE_MAX};
+                             .locked = SIZE_MAX,
+                             .constraints = SIZE_MAX};
     const tfa_extents most = limited(shape, all, TFA_ROWS_POSE);
     return request_size(ALL_BLOCKS, &most);
 }
@@ -146,6 +151,7 @@ static uint8_t clamp_u8(uint32_t x)
     X(refine, uint32_t, (uint32_t))                                                                \
     X(flags, uint32_t, (uint32_t))                                                                 \
     X(locked_count, uint32_t, (uint32_t))                                                          \
+    X(constraints, uint32_t, (uint32_t))                                                           \
     X(op, tfa_op, clamp_u8)                                                                        \
     X(method, tfa_method, clamp_u8)                                                                \
     X(rows, tfa_rows, clamp_u8)                                                                    \
@@ -163,6 +169,7 @@ static void encode_line(const tfa_wire_shape *shape, const tfa_request *r, tfa_w
 #undef ENCODE
     line->dof = dof_check(shape);
     line->deadline_us = 0;
+    memset(line->padding, 0, sizeof line->padding);
     memset(line->reserved, 0, sizeof line->reserved);
 }
 
@@ -194,6 +201,7 @@ int tfa_wire_encode_request(const tfa_wire_shape *shape, const tfa_request *requ
     *reply_shape = (tfa_wire_reply_shape){.count = request->count,
                                           .tip_count = request->tip_count,
                                           .rows = (uint32_t)n.rows,
+                                          .constraints = (uint32_t)n.constraints,
                                           .want = want};
     tfa_field field;
     int status = tfa_wire_check_reply_shape(shape, reply_shape, &field);
@@ -301,8 +309,10 @@ int tfa_wire_decode_request(const tfa_wire_shape *shape, const void *copy, tfa_r
     const tfa_extents n = counts_of_line(shape, line);
     decode_line(line, request);
     *invalid_field = TFA_FIELD_NONE;
-    *reply_shape = (tfa_wire_reply_shape){
-        .count = line->count, .tip_count = line->tip_count, .rows = (uint32_t)n.rows};
+    *reply_shape = (tfa_wire_reply_shape){.count = line->count,
+                                          .tip_count = line->tip_count,
+                                          .rows = (uint32_t)n.rows,
+                                          .constraints = (uint32_t)n.constraints};
     if (line->dof != dof_check(shape))
         return TFA_E_PROTOCOL;
     reply_shape->want = line->want & tfa_wire_possible(shape, request);

@@ -37,7 +37,9 @@ typedef struct tfa_wire_request {
     uint8_t op, method;      /**< larger numbers become 255, which is invalid as well */
     uint8_t estimate, frame; /**< the same */
     uint8_t tip_count, wrench_count, payload_count, rows, rank_loss; /**< the same */
-    uint8_t reserved[15];                                            /**< 0 */
+    uint8_t padding[3];                                              /**< 0 */
+    uint32_t constraints;                                            /**< active ones */
+    uint8_t reserved[8];                                             /**< 0 */
 } tfa_wire_request;
 
 /** Line 0 of a reply slot. */
@@ -74,12 +76,13 @@ size_t tfa_wire_request_capacity(const tfa_wire_shape *shape);
 size_t tfa_wire_reply_capacity(const tfa_wire_shape *shape);
 
 /** Index of a refusal with this field by tfa_wire_encode_request or tfa_wire_decode_request: the
- *  number of tips or states that was asked for; 0 with another field. */
+ *  number of tips, states or constraints that was asked for; 0 with another field. */
 static inline uint32_t tfa_wire_refused_index(const tfa_request *request, tfa_field field)
 {
-    return field == TFA_FIELD_TIPS    ? request->tip_count
-           : field == TFA_FIELD_COUNT ? request->count
-                                      : 0;
+    return field == TFA_FIELD_TIPS          ? request->tip_count
+           : field == TFA_FIELD_COUNT       ? request->count
+           : field == TFA_FIELD_CONSTRAINTS ? (uint32_t)__builtin_popcount(request->constraints)
+                                            : 0;
 }
 
 /** Blocks that the op of a request answers; with a `reply`, only those whose buffer is not NULL. */
@@ -88,10 +91,11 @@ uint64_t tfa_wire_want(const tfa_request *request, const tfa_reply *reply);
 /**
  * Writes a request into a slot, all but seq; also one that tfa_request_check refuses: the daemon
  * gives the same refusal.
- * @return TFA_OK and *reply_shape; TFA_E_SIZE (count above max_batch, tips above max_tips, or more
- *         answers than a slot holds); TFA_E_UNSUPPORTED (mass matrix or derivatives of more than
- *         TFA_WIRE_MASS_MATRIX_MAX freedoms). *invalid_field (may be NULL): TFA_FIELD_COUNT,
- *         TFA_FIELD_TIPS, TFA_FIELD_OP or TFA_FIELD_NONE.
+ * @return TFA_OK and *reply_shape; TFA_E_SIZE (count above max_batch, tips or constraints above
+ *         max_tips, or more answers than a slot holds); TFA_E_UNSUPPORTED (mass matrix or
+ *         derivatives of more than TFA_WIRE_MASS_MATRIX_MAX freedoms). *invalid_field (may be
+ *         NULL): TFA_FIELD_COUNT, TFA_FIELD_TIPS, TFA_FIELD_CONSTRAINTS, TFA_FIELD_OP or
+ *         TFA_FIELD_NONE.
  */
 int tfa_wire_encode_request(const tfa_wire_shape *shape, const tfa_request *request, uint64_t want,
                             uint64_t id, uint64_t t_sent, void *slot,

@@ -30,8 +30,15 @@ typedef struct tfa_wire_shape {
 typedef struct tfa_wire_reply_shape {
     uint32_t count, tip_count;
     uint32_t rows; /**< of all tips together */
+    uint32_t constraints; /**< six for each active one */
     uint64_t want;
 } tfa_wire_reply_shape;
+
+/* Numbers of as many constraints as there may be */
+static inline size_t tfa_wire_constraints(const tfa_wire_shape *shape)
+{
+    return 6 * (size_t)shape->max_tips;
+}
 
 /* Rows of M. */
 static inline uint32_t tfa_wire_freedoms(const tfa_wire_shape *shape)
@@ -65,6 +72,7 @@ static inline size_t tfa_wire_reply_width(const tfa_wire_shape *shape, uint32_t 
                            .count = reply_shape->count,
                            .tips = reply_shape->tip_count,
                            .rows = reply_shape->rows,
+                           .constraints = reply_shape->constraints,
                            .modes = shape->modes};
     switch (block) {
 #define WIDTH(name, member, rows, columns, ...)                                                    \
@@ -155,6 +163,7 @@ static inline tfa_wire_reply_shape tfa_wire_reply_shape_of(const tfa_wire_shape 
     return (tfa_wire_reply_shape){.count = request->count,
                                   .tip_count = request->tip_count,
                                   .rows = rows_of(request) * request->tip_count,
+                                  .constraints = (uint32_t)tfa_constraint_numbers(request),
                                   .want = tfa_wire_of_robot(shape, tfa_wire_blocks_of(request))};
 }
 

@@ -32,8 +32,12 @@ static size_t shared_bytes_of_state(const tfa_wire_shape *shape)
     const int too_large = tfa_wire_freedoms(shape) > TFA_WIRE_MASS_MATRIX_MAX;
     size_t most = 0;
     for (int op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_LAST; op++) {
-        const tfa_request r = {
-            .op = (tfa_op)op, .flags = TFA_WANT_ALL, .count = 1, .tip_count = shape->max_tips};
+        const uint32_t tips = shape->max_tips;
+        const tfa_request r = {.op = (tfa_op)op,
+                               .flags = TFA_WANT_ALL,
+                               .count = 1,
+                               .tip_count = tips,
+                               .constraints = tips < 32 ? (1u << tips) - 1 : UINT32_MAX};
         const tfa_wire_reply_shape all = tfa_wire_reply_shape_of(shape, &r);
         const uint64_t never = TFA_WIRE_EVERY_STATE | (too_large ? dense_blocks : 0);
         const size_t bytes = blocks_width(shape, all.want & ~never, &all);
@@ -69,6 +73,9 @@ int tfa_wire_check_reply_shape(const tfa_wire_shape *shape, const tfa_wire_reply
 {
     *invalid_field = TFA_FIELD_TIPS;
     if (reply_shape->tip_count > shape->max_tips)
+        return TFA_E_SIZE;
+    *invalid_field = TFA_FIELD_CONSTRAINTS;
+    if (reply_shape->constraints > tfa_wire_constraints(shape))
         return TFA_E_SIZE;
     *invalid_field = TFA_FIELD_COUNT;
     if (reply_shape->count > shape->max_batch)

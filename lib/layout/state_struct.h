@@ -133,6 +133,23 @@ static inline int reserves_inverse(uint32_t methods)
 
 struct chain_method;
 
+/* A constraint of the request under way (dynamics/osim/constraint_rows.h) */
+struct closing {
+    const struct tfa_closure *of;
+    int32_t tip[2]; /* that stand for its sides; -1: the world */
+    uint32_t held;  /* rows */
+    vec3 arm[2];    /* from the origins of the links to those of the frames */
+    mat3 R;         /* axes of the first frame in the world, by columns */
+    mat3 axes[2];   /* the same in the links */
+};
+
+/* Motion of its second frame in the first */
+struct relative_motion {
+    num position[6]; /* m; rotations of the held rows to first order, rad */
+    num velocity[6]; /* w */
+    num bias[6];     /* J_c-dot v */
+};
+
 struct state {
     const struct tfa_model *m;
     uint32_t methods;                       /* reserved: bits 1u << tfa_method */
@@ -171,6 +188,9 @@ struct state {
     int32_t path_body; /* whose support stands in tip_path; -1: none */
     uint32_t tip_rows; /* of each tip in answers: 6 or 3 */
     uint32_t tip[TFA_MAX_TIPS];
+    uint32_t closings;     /* constraints whose sides are the tips; 0: the tips are the request's */
+    uint32_t closing_rows; /* that they hold */
+    uint8_t closing_side[TFA_MAX_TIPS]; /* of each tip: 2 x place in closing + side */
     int keeps_psi;         /* Lambda is asked for: propagation is to keep psi of one tip */
     int32_t psi_frame;     /* tfa_reference_frame of psi that a propagation kept; -1: none */
     int keeps_force;       /* task: aba leaves what it makes of s->tau in u, and no qdd */

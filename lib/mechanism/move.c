@@ -46,4 +46,6 @@ void move_description(uint64_t *random, tfa_description *d)
         move_numbers(random, &joint->multiplier, 1);
         move_numbers(random, &joint->offset, 1);
     }
+    for (size_t k = 0; k < d->constraint_count; k++)
+        move_numbers(random, *d->constraints[k].pose, 2 * 7);
 }

@@ -90,6 +90,27 @@ tfa_mode_info tfa_model_mode(const tfa_model *model, uint32_t mode)
     return (tfa_mode_info){0};
 }
 
+uint32_t tfa_model_constraint_count(const tfa_model *model)
+{
+    return model->constraints;
+}
+
+tfa_constraint_info tfa_model_constraint(const tfa_model *model, uint32_t constraint)
+{
+    if (constraint >= model->constraints)
+        return (tfa_constraint_info){NULL, {-1, -1}, 0, 0};
+    const struct tfa_closure *c = &model->closure[constraint];
+    return (tfa_constraint_info){c->name, {c->frame[0], c->frame[1]}, c->rows, c->unilateral};
+}
+
+int32_t tfa_model_find_constraint(const tfa_model *model, const char *name)
+{
+    for (uint32_t k = 0; k < model->constraints; k++)
+        if (strcmp(model->closure[k].name, name) == 0)
+            return (int32_t)k;
+    return -1;
+}
+
 uint32_t tfa_model_frame_count(const tfa_model *model)
 {
     return model->frames;

@@ -75,6 +75,29 @@ static void add_modes(SHA2_CTX *c, const struct tfa_model *m)
         add(c, &m->frame[k].handle, sizeof m->frame[k].handle);
 }
 
+static void add_constraints(SHA2_CTX *c, const struct tfa_model *m)
+{
+    for (uint32_t k = 0; k < m->constraints; k++) {
+        const struct tfa_closure *x = &m->closure[k];
+        add(c, x->frame, sizeof x->frame);
+        add(c, &x->rows, sizeof x->rows + sizeof x->unilateral);
+        add(c, x->R, sizeof x->R + sizeof x->p);
+        add(c, x->name, strlen(x->name) + 1);
+    }
+}
+
+/* Joints without a motor; nothing where all have one */
+static void add_actuated(SHA2_CTX *c, const struct tfa_model *m)
+{
+    static const char label[] = "not actuated";
+    for (uint32_t k = 0; k < m->joints; k++) {
+        if (m->joint[k].actuated)
+            continue;
+        add(c, label, sizeof label);
+        add(c, &k, sizeof k);
+    }
+}
+
 static void add_names(SHA2_CTX *c, const struct tfa_model *m)
 {
     for (uint32_t k = 0; k < m->frames; k++) {
@@ -103,6 +126,8 @@ static void hash_model(const struct tfa_model *m, int gravity, uint8_t hash[32])
     add_maps(&c, m);
     add_modes(&c, m);
     add_names(&c, m);
+    add_constraints(&c, m);
+    add_actuated(&c, m);
     SHA256Final(hash, &c);
 }
 

@@ -153,8 +153,18 @@ struct tfa_handle {
     int32_t next;            /* the next one of that body with a mass; -1: none */
 };
 
+/* A constraint: its two frames on their links */
+struct tfa_closure {
+    int32_t frame[2];          /* of the links; -1: the world */
+    uint32_t rows, unilateral; /* as in tfa_constraint */
+    double R[2][9];            /* axes in the link, by columns */
+    double p[2][3];            /* origin in the link */
+    const char *name;
+};
+
 struct tfa_model {
     uint32_t flexible_bodies, handles, modes;
+    uint32_t constraints;
     uint32_t bodies;           /* floating base included */
     uint32_t joints_nd;        /* bodies with more than one freedom */
     uint32_t parts;            /* of all fused bodies */
@@ -194,6 +204,7 @@ struct tfa_model {
     const double *damping;  /* of each inner freedom; NULL: none */
     const struct tfa_flexible *flexible;
     const struct tfa_handle *handle;
+    const struct tfa_closure *closure; /* one for each constraint */
     const tfa_joint_info *joint;
     const tfa_declared_joint *declared;
     uint32_t declared_joints;

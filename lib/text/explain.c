@@ -60,6 +60,13 @@ static uint32_t tip_rows(const tfa_request *request)
     return (request->rows == TFA_ROWS_POINT ? 3u : 6u) * request->tip_count;
 }
 
+/* 1: the field has one entry for all states */
+static int is_of_all_states(tfa_field field)
+{
+    return field == TFA_FIELD_GRAVITY || field == TFA_FIELD_STABILISATION ||
+           field == TFA_FIELD_TORQUE_WEIGHTS;
+}
+
 /* Numbers of a field, and how many one state has; NULL: the field is no array. */
 static const double *numbers_of(const tfa_names *names, const tfa_request *r, tfa_field field,
                                 uint32_t *width)
@@ -81,6 +88,10 @@ static const double *numbers_of(const tfa_names *names, const tfa_request *r, tf
         [TFA_FIELD_TASK_ACCELERATION] = {r->task_acceleration, tip_rows(r)},
         [TFA_FIELD_MODES] = {r->modes, names->mode_count},
         [TFA_FIELD_MODE_VELOCITIES] = {r->mode_velocities, names->mode_count},
+        [TFA_FIELD_CONSTRAINT_ACCELERATION] = {r->constraint_acceleration,
+                                               6 * (uint32_t)__builtin_popcount(r->constraints)},
+        [TFA_FIELD_STABILISATION] = {r->stabilisation, 2},
+        [TFA_FIELD_TORQUE_WEIGHTS] = {r->torque_weights, names->v_count},
     };
     if ((size_t)field >= sizeof arrays / sizeof *arrays)
         return NULL;
@@ -118,7 +129,8 @@ tfa_place tfa_refused_place(const tfa_names *names, const tfa_request *request,
                             const tfa_reply *reply)
 {
     const tfa_field field = reply->field;
-    const int of_joints = field >= TFA_FIELD_Q && field <= TFA_FIELD_QDD;
+    const int of_joints =
+        (field >= TFA_FIELD_Q && field <= TFA_FIELD_QDD) || field == TFA_FIELD_TORQUE_WEIGHTS;
     const tfa_joint_span *joint =
         of_joints ? tfa_names_owner(names, field == TFA_FIELD_Q, reply->index) : NULL;
     uint32_t width = 0;
@@ -129,6 +141,9 @@ tfa_place tfa_refused_place(const tfa_names *names, const tfa_request *request,
                      : tfa_field_name(field),
         .joint = joint ? joint->name : NULL,
         .link = link_of(names, request, reply),
+        .constraint = field == TFA_FIELD_CONSTRAINT_ACCELERATION
+                          ? tfa_names_active(names, request->constraints, reply->index / 6)
+                          : NULL,
         .number = numbers && reply->index < width && reply->state < request->count
                       ? numbers + (size_t)width * reply->state + reply->index
                       : NULL,
@@ -138,10 +153,10 @@ tfa_place tfa_refused_place(const tfa_names *names, const tfa_request *request,
 static void write_entry(struct refusal *r)
 {
     const tfa_place *at = &r->place;
-    const char *owner = at->joint ? at->joint : at->link;
-    const int of_state = r->request->count > 1 && r->reply->field != TFA_FIELD_GRAVITY;
+    const char *owner = at->joint ? at->joint : at->link ? at->link : at->constraint;
+    const int of_state = r->request->count > 1 && !is_of_all_states(r->reply->field);
     char number[16] = "", state[32] = "";
-    snprintf(number, sizeof number, "[%u]", r->reply->index);
+    snprintf(number, sizeof number, "[%u]", at->constraint ? r->reply->index % 6 : r->reply->index);
     if (of_state)
         snprintf(state, sizeof state, " of state %u", r->reply->state);
     if (at->number)
@@ -256,14 +271,63 @@ static size_t say_locked(const struct refusal *r)
     return say(r, "locked: %s does not go with locked joints", op_of(r));
 }
 
+/* How to answer in spite of a lost rank */
+static const char *const policies[] = {[TFA_SYNTAX_C] = "rank_loss = truncate or damp",
+                                       [TFA_SYNTAX_COMMAND_LINE] = "--rank-loss=truncate or damp",
+                                       [TFA_SYNTAX_YAML] = "rank_loss: truncate or damp",
+                                       [TFA_SYNTAX_JSON] = "\"rank_loss\":\"truncate\" or \"damp\"",
+                                       [TFA_SYNTAX_PYTHON] = "rank_loss='truncate' or 'damp'"};
+
+/* The active constraints: "loop, foot" */
+static const char *write_active(const struct refusal *r, char *list, size_t size)
+{
+    const uint32_t count = (uint32_t)__builtin_popcount(r->request->constraints);
+    size_t used = 0;
+    list[0] = 0;
+    for (uint32_t k = 0; used < size && k < count; k++)
+        used += (size_t)snprintf(list + used, size - used, "%s%s", k ? ", " : "",
+                                 tfa_names_active(r->names, r->request->constraints, k));
+    return list;
+}
+
+static size_t say_constraints(const struct refusal *r)
+{
+    const tfa_reply *reply = r->reply;
+    char robot[600], active[300];
+    if (reply->field != TFA_FIELD_CONSTRAINTS)
+        return 0;
+    (void)tfa_names_describe_constraints(r->names, robot, sizeof robot);
+    if (reply->status == TFA_E_SIZE && !r->request->constraints)
+        return say(r, "constraints: none active; the robot has %s", robot);
+    if (reply->status == TFA_E_ARGUMENT)
+        return say(r, "constraints: bit %u is set, the robot has %s", reply->index, robot);
+    if (reply->status == TFA_E_RANK)
+        return say(r, "constraints: rows of %s depend on each other, rank %u here; %s answers",
+                   write_active(r, active, sizeof active), reply->index, policies[r->syntax]);
+    if (reply->status == TFA_E_UNSUPPORTED)
+        return say(r,
+                   "constraints: %d active; of them, and of their links, there is memory for %u "
+                   "(max_tips)",
+                   __builtin_popcount(r->request->constraints), reply->index);
+    if (reply->status == TFA_E_SIZE)
+        return say(r, "constraints: %d active, more than max_tips",
+                   __builtin_popcount(r->request->constraints));
+    return 0;
+}
+
+/* Gains and weights out of their range */
+static size_t say_gain(const struct refusal *r)
+{
+    const int is_weight = r->reply->field == TFA_FIELD_TORQUE_WEIGHTS;
+    if (r->reply->status != TFA_E_ARGUMENT || !r->place.number ||
+        (!is_weight && r->reply->field != TFA_FIELD_STABILISATION))
+        return 0;
+    return say(r, "%s: %g: must %s", r->entry, *r->place.number,
+               is_weight ? "be above 0" : "not be negative");
+}
+
 static size_t say_tips(const struct refusal *r)
 {
-    static const char *const policies[] = {
-        [TFA_SYNTAX_C] = "rank_loss = truncate or damp",
-        [TFA_SYNTAX_COMMAND_LINE] = "--rank-loss=truncate or damp",
-        [TFA_SYNTAX_YAML] = "rank_loss: truncate or damp",
-        [TFA_SYNTAX_JSON] = "\"rank_loss\":\"truncate\" or \"damp\"",
-        [TFA_SYNTAX_PYTHON] = "rank_loss='truncate' or 'damp'"};
     if (r->reply->field != TFA_FIELD_TIPS)
         return 0;
     if (r->reply->status == TFA_E_RANK)
@@ -302,11 +366,14 @@ static size_t say_limit(const struct refusal *r)
 
 static size_t say_cost(const struct refusal *r)
 {
-    char tips[32] = "";
+    const int constrained = (TFA_OP_BIT(r->request->op) & TFA_OPS_CONSTRAINED) != 0;
+    const uint32_t count =
+        constrained ? (uint32_t)__builtin_popcount(r->request->constraints) : r->request->tip_count;
+    char tips[40] = "";
     if (r->reply->field != TFA_FIELD_COST)
         return 0;
-    if (r->request->tip_count)
-        snprintf(tips, sizeof tips, " with %u tips", r->request->tip_count);
+    if (count)
+        snprintf(tips, sizeof tips, " with %u %s", count, constrained ? "constraints" : "tips");
     return say(
         r,
         "cost: a state of this kind (%s by %s%s) takes about %u us, the daemon admits %u us; "
@@ -328,8 +395,8 @@ size_t tfa_explain(const tfa_names *names, const tfa_request *request, const tfa
                    tfa_option_syntax syntax, char *text, size_t size)
 {
     static size_t (*const reasons[])(const struct refusal *) = {
-        say_quaternion, say_modes, say_method, say_payload, say_locked,
-        say_tips,       say_limit, say_cost,   say_status};
+        say_quaternion, say_modes,       say_method, say_payload, say_locked, say_tips,
+        say_gain,       say_constraints, say_limit,  say_cost,    say_status};
     struct refusal r = {names, request, reply, syntax, {0}, "", text, size};
     r.place = tfa_refused_place(names, request, reply);
     write_entry(&r);

@@ -18,7 +18,9 @@ static int allocate(tfa_names *names)
     names->by_name =
         calloc((size_t)names->joint_count + names->frame_count + 1, sizeof *names->by_name);
     names->mode_frames = calloc(names->mode_count + (size_t)1, sizeof *names->mode_frames);
-    if (names->joints && names->frames && names->by_name && names->mode_frames)
+    names->constraints = calloc(names->constraint_count + (size_t)1, sizeof *names->constraints);
+    if (names->joints && names->frames && names->by_name && names->mode_frames &&
+        names->constraints)
         return TFA_OK;
     tfa_names_free(names);
     return TFA_E_MEMORY;
@@ -34,6 +36,11 @@ static const char *joint_name(const void *names, size_t index)
 static const char *frame_name(const void *names, size_t index)
 {
     return ((const tfa_names *)names)->frames[index];
+}
+
+static const char *constraint_name(const void *names, size_t index)
+{
+    return ((const tfa_names *)names)->constraints[index];
 }
 
 static int compare_joints(const void *a, const void *b, void *names)
@@ -84,6 +91,14 @@ int32_t tfa_names_link(const tfa_names *names, const char *name)
     return find(names, names->by_name + names->joint_count, names->frame_count, frame_name, name);
 }
 
+int32_t tfa_names_constraint(const tfa_names *names, const char *name)
+{
+    for (uint32_t k = 0; k < names->constraint_count; k++)
+        if (strcmp(names->constraints[k], name) == 0)
+            return (int32_t)k;
+    return -1;
+}
+
 void tfa_names_unknown_joint(const tfa_names *names, const char *wrong, char *text, size_t size)
 {
     char nearest[200], robot[600];
@@ -100,6 +115,17 @@ void tfa_names_unknown_link(const tfa_names *names, const char *wrong, char *tex
     snprintf(text, size, "no link '%.200s' in the robot; nearest: %s", wrong, nearest);
 }
 
+void tfa_names_unknown_constraint(const tfa_names *names, const char *wrong, char *text,
+                                  size_t size)
+{
+    char nearest[200], robot[600];
+    tfa_suggest(wrong, names, names->constraint_count, constraint_name, nearest, sizeof nearest);
+    (void)tfa_names_describe_constraints(names, robot, sizeof robot);
+    snprintf(text, size, "no constraint '%.200s'%s%s; the robot has %s", wrong,
+             names->constraint_count ? "; nearest: " : "", names->constraint_count ? nearest : "",
+             robot);
+}
+
 /* ---- from a model, from a daemon ---- */
 
 int tfa_names_of_model(tfa_names *names, const tfa_model *model)
@@ -110,7 +136,8 @@ int tfa_names_of_model(tfa_names *names, const tfa_model *model)
                          .base_freedoms = tfa_model_base_freedoms(model),
                          .joint_count = tfa_model_joint_count(model),
                          .frame_count = tfa_model_frame_count(model),
-                         .mode_count = tfa_model_mode_count(model)};
+                         .mode_count = tfa_model_mode_count(model),
+                         .constraint_count = tfa_model_constraint_count(model)};
     if (allocate(names) != TFA_OK)
         return TFA_E_MEMORY;
     for (uint32_t k = 0; k < names->joint_count; k++) {
@@ -125,6 +152,8 @@ int tfa_names_of_model(tfa_names *names, const tfa_model *model)
     for (uint32_t k = 0; k < names->mode_count; k++)
         names->mode_frames[k] =
             (uint32_t)tfa_model_find_frame(model, tfa_model_mode(model, k).link);
+    for (uint32_t k = 0; k < names->constraint_count; k++)
+        names->constraints[k] = tfa_model_constraint(model, k).name;
     sort(names);
     return TFA_OK;
 }
@@ -138,7 +167,12 @@ int tfa_names_of_info(tfa_names *names, const char *robot, const tfa_client_info
                          .base_freedoms = info->base_freedoms,
                          .joint_count = info->joint_count,
                          .frame_count = info->frame_count,
-                         .mode_count = info->mode_count};
+                         .mode_count = info->mode_count,
+                         .constraint_count = info->constraint_count};
+    if (info->constraint_count > TFA_MAX_CONSTRAINTS) {
+        *names = (tfa_names){0};
+        return TFA_E_PROTOCOL;
+    }
     if (allocate(names) != TFA_OK)
         return TFA_E_MEMORY;
     for (uint32_t k = 0; k < names->joint_count; k++) {
@@ -153,6 +187,8 @@ int tfa_names_of_info(tfa_names *names, const char *robot, const tfa_client_info
         names->frames[k] = info->frame_names[k];
     for (uint32_t k = 0; k < names->mode_count; k++)
         names->mode_frames[k] = info->mode_frames[k];
+    for (uint32_t k = 0; k < names->constraint_count; k++)
+        names->constraints[k] = info->constraint_names[k];
     sort(names);
     if (q == names->q_count && v == names->v_count)
         return TFA_OK;
@@ -166,6 +202,7 @@ void tfa_names_free(tfa_names *names)
     free(names->frames);
     free(names->by_name);
     free(names->mode_frames);
+    free(names->constraints);
     *names = (tfa_names){0};
 }
 
@@ -174,6 +211,14 @@ void tfa_names_free(tfa_names *names)
 const char *tfa_names_frame(const tfa_names *names, uint32_t frame)
 {
     return frame < names->frame_count ? names->frames[frame] : "?";
+}
+
+const char *tfa_names_active(const tfa_names *names, uint32_t constraints, uint32_t k)
+{
+    for (; k && constraints; k--)
+        constraints &= constraints - 1;
+    const uint32_t at = constraints ? (uint32_t)__builtin_ctz(constraints) : UINT32_MAX;
+    return at < names->constraint_count ? names->constraints[at] : "?";
 }
 
 const tfa_joint_span *tfa_names_owner(const tfa_names *names, int of_q, uint32_t index)
@@ -200,5 +245,19 @@ size_t tfa_names_describe(const tfa_names *names, int of_q, char *text, size_t s
         used += (size_t)snprintf(REST, "%s%s", k ? ", " : " (", names->joints[k].name);
     if (joints)
         used += (size_t)snprintf(REST, "%s", joints > NAMES_LISTED_MAX ? ", ...)" : ")");
+    return used;
+}
+
+size_t tfa_names_describe_constraints(const tfa_names *names, char *text, size_t size)
+{
+    const uint32_t count = names->constraint_count;
+    size_t used = 0;
+    if (!count)
+        return (size_t)snprintf(text, size,
+                                "no constraints; `constraints` of its scene give it some");
+    used += (size_t)snprintf(REST, "%u constraint%s", count, count == 1 ? "" : "s");
+    for (uint32_t k = 0; k < count && k < NAMES_LISTED_MAX; k++)
+        used += (size_t)snprintf(REST, "%s%s", k ? ", " : " (", names->constraints[k]);
+    used += (size_t)snprintf(REST, "%s", count > NAMES_LISTED_MAX ? ", ...)" : ")");
     return used;
 }

@@ -362,21 +362,26 @@ void checked_element::quaternion(const TiXmlElement &origin, tfa_rotation &rotat
                describe(*a, origin) + " is no rotation: its norm is not 1; correct it");
 }
 
+tfa_rotation checked_element::rotation(const TiXmlElement &in) const
+{
+    tfa_rotation rotation{{0, 0, 0, 1}, {}};
+    angles(in, rotation);
+    quaternion(in, rotation);
+    return rotation;
+}
+
 /* Zeros are not written: urdfdom's conversion of numbers takes half the time of a load. */
 tfa_rotation checked_element::pose(const TiXmlElement &in, std::string &out) const
 {
-    tfa_rotation rotation{{0, 0, 0, 1}, {}};
     const TiXmlElement *origin = only_child(in, "origin");
     if (!origin)
-        return rotation;
+        return {{0, 0, 0, 1}, {}};
     double xyz[3];
     std::string text;
     if (vector(*origin, "xyz", text, xyz) && !all_zero(xyz))
         out += "<origin" + text + "/>";
-    angles(*origin, rotation);
-    quaternion(*origin, rotation);
     unknown_attributes(*origin, {"xyz", "rpy", "quat_xyzw"});
-    return rotation;
+    return rotation(*origin);
 }
 
 static const char *name_at(const void *list, size_t index)

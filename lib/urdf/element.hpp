@@ -81,6 +81,7 @@ struct file_findings {
     tally macros;             /* xacro expressions in <visual> or <collision> */
     tally blanks;             /* numbers with white space around them */
     tally twice;              /* inertias with all nine entries */
+    tally loops;              /* <loop_joint>s that became constraints */
     bool quaternions = false; /* URDF 1.1 or later: <origin> may have quat_xyzw */
 };
 
@@ -149,6 +150,9 @@ class checked_element
     bool vector(const TiXmlElement &in, const char *attribute, std::string &out, double *value,
                 size_t length = 3) const;
 
+    /* The rotation that an element states by rpy or quat_xyzw */
+    tfa_rotation rotation(const TiXmlElement &in) const;
+
     /* Appends the position of <origin> if `in` has one. Returns its rotation. */
     tfa_rotation pose(const TiXmlElement &in, std::string &out) const;
 
@@ -169,7 +173,7 @@ class checked_element
 
     tfa_urdf_log *log_;
     file_findings *found_;
-    const char *kind_; /* "robot", "link" or "joint" */
+    const char *kind_; /* "robot", "link", "joint" or "constraint" */
     std::string name_;
 };
 

@@ -407,6 +407,8 @@ void linter::children(const TiXmlElement &element)
             joint(*e);
         else if (e->ValueStr() == "transmission")
             transmission(*e);
+        else if (e->ValueStr() == "loop_joint")
+            loop_joint(*e);
     }
 }
 
@@ -460,6 +462,10 @@ void linter::report_tallies() const
                  " has white space that other programs refuse and that is left out; remove it; "
                  "attributes like it");
     report_tally(log_, TFA_NOTE, "nine-entries", found_.twice, "; links like it");
+    if (log_->errors == 0)
+        report_tally(log_, TFA_WARNING, "loop-joint", found_.loops,
+                     "; forward_dynamics and other ops answer the open tree, constrained_dynamics, "
+                     "impact and constrained_inverse_dynamics apply it; loop joints");
 }
 
 void linter::robot(const TiXmlElement &element)

@@ -40,6 +40,18 @@ struct joint_source {
     int32_t mimic_index;
 };
 
+/* A <loop_joint> */
+struct loop_source {
+    std::string name;
+    uint32_t line;
+    uint32_t rows;       /* as in tfa_constraint */
+    std::string link[2]; /* names, resolved to the indices below */
+    double xyz[2][3];
+    tfa_rotation rotation[2];
+    bool aligned;     /* the second frame has the axes of the first with all joints at 0 */
+    int32_t index[2]; /* -1: the world */
+};
+
 struct rotor_source {
     std::string joint;
     uint32_t line;
@@ -49,6 +61,9 @@ struct rotor_source {
 /* Reports "FIRST what: COUNT" if there are any. */
 void report_tally(tfa_urdf_log *log, tfa_severity severity, const char *code, const tally &t,
                   const std::string &what);
+
+/* Copies a text to `at`, which moves behind it. */
+const char *append_string(char *&at, const std::string &text);
 
 /* Warns of elements that would make another robot and are not read: joints and inertials in a wrong
  * place, closed loops, included files. */
@@ -75,6 +90,7 @@ class linter
     void joint(const TiXmlElement &element);
     void find_macros(const std::string &link, const TiXmlElement &element);
     void transmission(const TiXmlElement &element);
+    void loop_joint(const TiXmlElement &element);
 
     void resolve();
     void add_world();
@@ -83,8 +99,10 @@ class linter
                          const index &links);
     void resolve_mimic(joint_source &joint, const index &joints);
     void resolve_rotors(const index &joints);
+    void resolve_loops(const index &links);
     size_t text_size() const;
     void append_unused(tfa_unused *unused, char *&strings) const;
+    void append_loops(tfa_description &description, char *&strings) const;
 
     tfa_urdf_log *log_;
     file_findings found_;
@@ -94,6 +112,7 @@ class linter
     std::vector<link_source> links_;
     std::vector<joint_source> joints_;
     std::vector<rotor_source> rotors_;
+    std::vector<loop_source> loops_;
     bool broken_ = false;   /* a link or joint is missing */
     bool resolved_ = false; /* all names have indices */
 };

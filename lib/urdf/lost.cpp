@@ -15,8 +15,8 @@ static const struct {
     const char *name, *what;
 } unsupported[] = {
     {"loop_joint",
-     "closes a loop and is not read: the robot is open there, with other freedoms and "
-     "forces"},
+     "closes a loop and is not read there: the robot is open, with other freedoms and forces; move "
+     "it into <robot>"},
     {"xi:include", "is not followed, what it includes is missing; expand it first: xmllint "
                    "--xinclude"},
     {"drake:joint", "is a joint that URDF does not have, and is not read"},
@@ -80,7 +80,7 @@ void lint_lost_elements(const TiXmlElement &robot, tfa_urdf_log *log, file_findi
         const checked_element owner(log, found, owns ? top->Value() : "robot", owns ? name : "");
         for (const TiXmlElement *e = top; e; e = next_element(*e, *top)) {
             for (size_t k = 0; k < std::size(unsupported); k++)
-                if (is(*e, unsupported[k].name))
+                if (is(*e, unsupported[k].name) && !(e == top && is(*e, "loop_joint")))
                     owner.count(lost[k], *e, std::string("<") + e->Value() + ">");
             lint_place(*e, *top, owner, simulated);
         }

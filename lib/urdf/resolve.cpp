@@ -107,6 +107,8 @@ void linter::resolve()
         resolve_mimic(joint, joints);
     }
     resolve_rotors(joints);
+    index_names(loops_, "constraint");
+    resolve_loops(links);
 }
 
 size_t linter::text_size() const
@@ -118,10 +120,12 @@ size_t linter::text_size() const
         size += joint.name.size() + 1;
     for (const unused_items::entry &entry : found_.unused.entries())
         size += entry.item.size() + 1;
+    for (const loop_source &loop : loops_)
+        size += loop.name.size() + 1;
     return size;
 }
 
-static const char *append_string(char *&at, const std::string &text)
+const char *append_string(char *&at, const std::string &text)
 {
     char *start = at;
     memcpy(start, text.c_str(), text.size() + 1);
@@ -143,7 +147,7 @@ template <class part> static void set_rotation(part &to, const tfa_rotation &fro
     memcpy(to.quat_low, from.low, sizeof to.quat_low);
 }
 
-/* One block: description, links, joints, unused items, strings. */
+/* One block: description, links, joints, constraints, unused items, strings. */
 int linter::finish(tfa_description **skeleton, char **canonical) const
 {
     if (!resolved_)
@@ -151,7 +155,9 @@ int linter::finish(tfa_description **skeleton, char **canonical) const
     size_t links_size = links_.size() * sizeof(tfa_link);
     size_t joints_size = joints_.size() * sizeof(tfa_joint);
     size_t unused_size = found_.unused.entries().size() * sizeof(tfa_unused);
-    size_t fixed_size = sizeof(tfa_description) + links_size + joints_size + unused_size;
+    size_t loops_size = loops_.size() * sizeof(tfa_constraint);
+    size_t fixed_size =
+        sizeof(tfa_description) + links_size + joints_size + loops_size + unused_size;
     char *block = static_cast<char *>(calloc(1, fixed_size + text_size()));
     std::string text = "<robot";
     write_attribute(text, "name", name_);
@@ -170,6 +176,9 @@ int linter::finish(tfa_description **skeleton, char **canonical) const
     d->link_count = links_.size();
     d->joints = reinterpret_cast<tfa_joint *>(block + sizeof *d + links_size);
     d->joint_count = joints_.size();
+    d->constraints =
+        reinterpret_cast<tfa_constraint *>(block + sizeof *d + links_size + joints_size);
+    d->constraint_count = loops_.size();
     auto *unused = reinterpret_cast<tfa_unused *>(block + fixed_size - unused_size);
     append_unused(unused, strings);
     d->unused = unused;
@@ -195,6 +204,7 @@ int linter::finish(tfa_description **skeleton, char **canonical) const
         joint.mimic = s.mimic_index;
         joint.rotor = s.armature;
     }
+    append_loops(*d, strings);
     *skeleton = d;
     return TFA_OK;
 }

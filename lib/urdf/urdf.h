@@ -75,6 +75,16 @@ void tfa_rotation_from_rpy(const double rpy[3], tfa_rotation *rotation);
 /* Normalises a quaternion. Returns its norm; with 0, *rotation stays. */
 double tfa_rotation_from_xyzw(const double xyzw[4], tfa_rotation *rotation);
 
+/* R = A B; the inverse of R */
+void tfa_rotation_product(const tfa_rotation *a, const tfa_rotation *b, tfa_rotation *product);
+void tfa_rotation_inverse(const tfa_rotation *r, tfa_rotation *inverse);
+
+/* A rotation that takes z to a unit axis */
+void tfa_rotation_from_z(const double axis[3], tfa_rotation *rotation);
+
+/* axis = R^T axis */
+void tfa_rotate_back(const tfa_rotation *r, double axis[3]);
+
 /* The text without white space around it, and its length. */
 const char *tfa_urdf_strip(const char *text, size_t *length);
 

@@ -110,6 +110,17 @@ uint32_t config_refusals(const config_robot *robot)
     return bits;
 }
 
+uint32_t config_constraint_rows(const config_constraint *constraint)
+{
+#define ROWS(rows, word) rows,
+    static const uint32_t rows_of[] = {TFA_CONSTRAINT_WORDS(ROWS)};
+#undef ROWS
+    uint32_t rows = 0;
+    for (size_t k = 0; k < constraint->hold_count; k++)
+        rows |= rows_of[constraint->hold[k]];
+    return rows;
+}
+
 static void check_refusals(config_reader *r, const config_robot *robot, size_t i)
 {
     char path[64];

@@ -67,6 +67,21 @@ typedef struct config_payload {
     size_t inertia_count; /* 6, or 0: a point */
 } config_payload;
 
+/* Side of a constraint */
+typedef struct config_frame {
+    const char *link; /* NULL or "world": the world */
+    double *xyz, *rpy;
+    size_t xyz_count, rpy_count; /* 3, or 0: zeros */
+} config_frame;
+
+typedef struct config_constraint {
+    const char *name;
+    config_frame first, second;
+    uint32_t *hold; /* rows by config_hold_rows */
+    size_t hold_count;
+    bool unilateral;
+} config_constraint;
+
 /* Part and loads of a robot that is served under the name ROBOT.SCENE. */
 typedef struct config_scene {
     const char *name, *root;
@@ -78,6 +93,10 @@ typedef struct config_scene {
     size_t payload_count;
     const char **modes;
     size_t modes_count;
+    config_constraint *constraints;
+    size_t constraints_count;
+    const char **actuated;
+    size_t actuated_count;
     uint32_t base;
     double *gravity;
     size_t gravity_count; /* 3, or 0: as its robot */
@@ -113,6 +132,12 @@ typedef enum config_unitree_type {
     CONFIG_UNITREE_HG,
 } config_unitree_type;
 
+/* What a robot's commands are answered by. */
+typedef enum config_ros2_op {
+    CONFIG_ROS2_FORWARD_DYNAMICS,
+    CONFIG_ROS2_CONSTRAINED_DYNAMICS,
+} config_ros2_op;
+
 /* State of a Unitree robot. */
 typedef struct config_unitree {
     uint32_t type; /* config_unitree_type */
@@ -125,6 +150,7 @@ typedef struct config_unitree {
  * node. */
 typedef struct config_robot_ros2 {
     bool enabled, services;
+    const char *scene; /* NULL: the robot itself */
     const char *namespace, *node;
     const char *joint_states, *odometry, *effort_commands, *joint_efforts, *trajectory;
     const char *robot_description;
@@ -134,6 +160,10 @@ typedef struct config_robot_ros2 {
     size_t tips_count;
     config_ros2_wrench *wrenches;
     size_t wrenches_count;
+    uint32_t op; /* config_ros2_op */
+    const char *active_constraints;
+    const char **constraints; /* active until the first message; none: all */
+    size_t constraints_count;
     config_unitree unitree;
     uint32_t domain; /* or CONFIG_ROS_DOMAIN_ID: that of the section ros2 */
     uint32_t state_age_ms, command_age_ms;
@@ -260,6 +290,9 @@ int config_print_keys(FILE *out);
  * sentence. @return there is one
  */
 bool config_needs_restart(const config *now, const config *next, char *text, size_t size);
+
+/** Rows that a constraint holds, as tfa_constraint.rows. */
+uint32_t config_constraint_rows(const config_constraint *constraint);
 
 /** Kinds of requests that a robot refuses: bits 1u << CONFIG_REFUSE_x. */
 uint32_t config_refusals(const config_robot *robot);

@@ -65,9 +65,14 @@ static void dump_list(const config_row *row, const char *in, int indent, FILE *o
     fputs("]\n", out);
 }
 
-/* A key without a value is shown as a comment: it may stay away. */
+/* A key without a value is shown as a comment, and a required group as empty. */
 static bool is_absent(const config_row *row, const char *in)
 {
+    const config_row *key = row->kind == CONFIG_GROUP ? row->table->rows : NULL;
+    while (key && key->key && is_absent(key, in + row->at))
+        key++;
+    if (key)
+        return !key->key;
     if (row->kind == CONFIG_TEXT)
         return *(const char *const *)(const void *)(in + row->at) == NULL;
     return row->kind == CONFIG_LIST && *(const size_t *)(const void *)(in + row->count_at) == 0;
@@ -76,7 +81,7 @@ static bool is_absent(const config_row *row, const char *in)
 static void dump_row(const config_row *row, const char *in, int indent, const char *lead, FILE *out)
 {
     if (is_absent(row, in)) {
-        fprintf(out, "%*s# %s:\n", indent, "", row->key);
+        fprintf(out, row->required ? "%*s%s: {}\n" : "%*s# %s:\n", indent, "", row->key);
     } else if (row->kind == CONFIG_GROUP) {
         fprintf(out, "%*s%s:\n", indent, "", row->key);
         dump_table(row->table, in + row->at, indent + 2, "", out);

@@ -80,6 +80,7 @@ static void describe_list(const config_row *row, char *text, size_t size)
     const char *what = row->table                    ? "entries with keys"
                        : row->entry == CONFIG_COUNT  ? "whole numbers"
                        : row->entry == CONFIG_NUMBER ? "numbers"
+                       : row->entry == CONFIG_WORD   ? "words"
                                                      : "texts";
     if (row->low == row->high)
         snprintf(text, size, "a list of %.10g %s", row->low, what);
@@ -116,7 +117,10 @@ static int read_list(config_reader *r, const config_row *row, const yaml_node_t 
     size_t *count = (size_t *)(void *)(out + row->count_at), length = 0;
     const size_t size = config_entry_size(row);
     int status = TFA_OK;
-    if (!node || !check_list(r, row, node, path, &length) || length == 0)
+    const bool one = node && row->one && node->type == YAML_SCALAR_NODE;
+    if (one)
+        length = 1;
+    else if (!node || !check_list(r, row, node, path, &length) || length == 0)
         return TFA_OK;
     *list = calloc(length, size);
     if (!*list)
@@ -124,8 +128,11 @@ static int read_list(config_reader *r, const config_row *row, const yaml_node_t 
     *count = length;
     for (size_t i = 0; i < length && status == TFA_OK; i++) {
         const yaml_node_t *entry =
-            yaml_document_get_node(r->document, node->data.sequence.items.start[i]);
-        snprintf(entry_path, sizeof entry_path, "%.200s[%zu]", path, i);
+            one ? node : yaml_document_get_node(r->document, node->data.sequence.items.start[i]);
+        if (one)
+            snprintf(entry_path, sizeof entry_path, "%.200s", path);
+        else
+            snprintf(entry_path, sizeof entry_path, "%.200s[%zu]", path, i);
         const config_scalar scalar = {row, row->entry, true, entry_path};
         if (row->table)
             status = config_read_table(r, row->table, entry, entry_path, *list + i * size);

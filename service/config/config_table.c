@@ -22,6 +22,7 @@ static const char *const mimic_words[] = {TFA_MIMIC_WORDS(WORD) NULL};
 static const char *const estimate_words[] = {"default", "never", "sampled", "always", NULL};
 static const char *const precision_words[] = {"f64", "f32", NULL};
 static const char *const residual_words[] = {TFA_RESIDUAL_WORDS(WORD) NULL};
+static const char *const hold_words[] = {TFA_CONSTRAINT_WORDS(WORD) NULL};
 /* in the order of config_methods */
 static const char *const methods_words[] = {"auto", "all", NULL};
 /* in the order of config_specialise */
@@ -31,7 +32,8 @@ static const char *const backend_words[] = {"shm", "memfd", NULL};
 static const char *const wait_words[] = {TFA_WAIT_WORDS(WORD) NULL};
 static const char *const log_words[] = {"error", "warning", "info", "debug", NULL};
 
-/* in the order of config_unitree_type, config_release and config_discovery */
+/* in the order of config_ros2_op, config_unitree_type, config_release and config_discovery */
+static const char *const op_words[] = {"forward_dynamics", "constrained_dynamics", NULL};
 static const char *const unitree_words[] = {"none", "go", "hg", NULL};
 static const char *const release_words[] = {"environment", "humble",  "iron", "jazzy",
                                             "kilted",      "rolling", NULL};
@@ -79,6 +81,32 @@ static const config_row payload_rows[] = {
     {0}};
 static const config_table payload_table = {payload_rows, sizeof(config_payload)};
 
+static const config_row frame_rows[] = {
+    {"link", CONFIG_TEXT, AT(config_frame, link), RELOADABLE,
+     .help = "The link; the world when absent, or 'world'"},
+    {"xyz", CONFIG_LIST, LIST_AT(config_frame, xyz), RELOADABLE, .low = 3, .high = 3,
+     .entry = CONFIG_NUMBER, .unit = "m", .help = "Origin in the link, m; its own when absent"},
+    {"rpy", CONFIG_LIST, LIST_AT(config_frame, rpy), RELOADABLE, .low = 3, .high = 3,
+     .entry = CONFIG_NUMBER, .unit = "rad",
+     .help = "Axes in the link, rad, as rpy of URDF; its own when absent"},
+    {0}};
+static const config_table frame_table = {frame_rows, sizeof(config_frame)};
+
+static const config_row constraint_rows[] = {
+    {"name", CONFIG_TEXT, AT(config_constraint, name), .required = true, RELOADABLE,
+     .help = "Name, by which requests call it"},
+    {"first", CONFIG_GROUP, AT(config_constraint, first), .table = &frame_table, RELOADABLE,
+     .help = "Frame by whose axes it holds; the world when absent"},
+    {"second", CONFIG_GROUP, AT(config_constraint, second), .table = &frame_table,
+     .required = true, RELOADABLE, .help = "Frame that it holds"},
+    {"hold", CONFIG_LIST, LIST_AT(config_constraint, hold), .required = true, RELOADABLE, .low = 1,
+     .high = 6, .entry = CONFIG_WORD, .words = hold_words, .one = true,
+     .help = "point, hinge (about z), weld, or a list of x, y, z, rx, ry, rz"},
+    {"unilateral", CONFIG_BOOL, AT(config_constraint, unilateral), .default_value = false,
+     RELOADABLE, .help = "Its force along z of the first frame can only push"},
+    {0}};
+static const config_table constraint_table = {constraint_rows, sizeof(config_constraint)};
+
 static const config_row scene_rows[] = {
     {"name", CONFIG_TEXT, AT(config_scene, name), .required = true,
      .help = "Served as ROBOT.SCENE, with a socket of its own"},
@@ -94,6 +122,12 @@ static const config_row scene_rows[] = {
     {"modes", CONFIG_LIST, LIST_AT(config_scene, modes), RELOADABLE, .low = 0, .high = 1000,
      .entry = CONFIG_TEXT,
      .help = "Files of modes of flexible links, YAML; relative to this file"},
+    {"constraints", CONFIG_LIST, LIST_AT(config_scene, constraints), RELOADABLE, .low = 0,
+     .high = TFA_MAX_CONSTRAINTS, .table = &constraint_table,
+     .help = "Closed loops and contacts, besides the loop joints of the file"},
+    {"actuated", CONFIG_LIST, LIST_AT(config_scene, actuated), RELOADABLE, .low = 0,
+     .high = 100000, .entry = CONFIG_TEXT,
+     .help = "Joints with a motor, for constrained_inverse_dynamics; all when absent"},
     {"base", CONFIG_WORD, AT(config_scene, base), RELOADABLE, .default_value = CONFIG_BASE_SAME,
      .words = scene_base_words, .help = "fixed, floating, or same: as the robot"},
     {"gravity", CONFIG_LIST, LIST_AT(config_scene, gravity), RELOADABLE, .low = 3, .high = 3,
@@ -126,6 +160,8 @@ static const config_row robot_ros2_rows[] = {
     {"domain", CONFIG_COUNT, AT(config_robot_ros2, domain), .default_value = CONFIG_ROS_DOMAIN_ID,
      .low = 0, .high = CONFIG_DOMAIN_MAX, .word = "environment",
      .help = "DDS domain id; environment: that of 'ros2'"},
+    {"scene", CONFIG_TEXT, AT(config_robot_ros2, scene),
+     .help = "Scene that these topics serve; the robot itself when absent"},
     {"namespace", CONFIG_TEXT, AT(config_robot_ros2, namespace),
      .help = "Where relative topics start; / when absent"},
     {"node", CONFIG_TEXT, AT(config_robot_ros2, node),
@@ -146,6 +182,13 @@ static const config_row robot_ros2_rows[] = {
      .help = "std_msgs/String: a URDF that takes the place of the robot's file"},
     {"wrenches", CONFIG_LIST, LIST_AT(config_robot_ros2, wrenches), .low = 0,
      .high = TFA_MAX_WRENCHES, .table = &ros2_wrench_table, .help = "External wrenches"},
+    {"op", CONFIG_WORD, AT(config_robot_ros2, op), .default_value = CONFIG_ROS2_FORWARD_DYNAMICS,
+     .words = op_words, .help = "Of ~/accelerations: forward_dynamics, constrained_dynamics"},
+    {"active_constraints", CONFIG_TEXT, AT(config_robot_ros2, active_constraints),
+     .help = "std_msgs/String: names of the active constraints of the scene, between blanks"},
+    {"constraints", CONFIG_LIST, LIST_AT(config_robot_ros2, constraints), .low = 0,
+     .high = TFA_MAX_CONSTRAINTS, .entry = CONFIG_TEXT,
+     .help = "Active until the first message of active_constraints; all, if none"},
     {"tips", CONFIG_LIST, LIST_AT(config_robot_ros2, tips), .low = 0, .high = TFA_MAX_TIPS,
      .entry = CONFIG_TEXT,
      .help = "Links whose Lambda^-1, Jacobian and bias acceleration are published"},
@@ -156,7 +199,7 @@ static const config_row robot_ros2_rows[] = {
     {"state_age_ms", CONFIG_COUNT, AT(config_robot_ros2, state_age_ms), .default_value = 100,
      .low = 1, .high = 3600000,
      .unit = "ms",
-     .help = "Positions, velocities and wrenches that were received earlier are refused"},
+     .help = "Positions, velocities, wrenches and active constraints received earlier are refused"},
     {"command_age_ms", CONFIG_COUNT, AT(config_robot_ros2, command_age_ms), .default_value = 100,
      .low = 1, .high = 3600000, .unit = "ms",
      .help = "Efforts that were received earlier are refused"},
@@ -385,6 +428,7 @@ size_t config_entry_size(const config_row *row)
         return row->table->size;
     switch (row->entry) {
     case CONFIG_COUNT:
+    case CONFIG_WORD:
         return sizeof(uint32_t);
     case CONFIG_TEXT:
         return sizeof(const char *);

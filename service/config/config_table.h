@@ -34,7 +34,8 @@ typedef struct config_row {
     const char *word;         /* of COUNT: it may stand in place of a number, and is the default;
                                  its value is UINT32_MAX */
     const char *const *words; /* of WORD, up to NULL: the value is the index */
-    config_kind entry;        /* of a LIST without table: COUNT, NUMBER or TEXT */
+    config_kind entry;        /* of a LIST without table: COUNT, NUMBER, TEXT or WORD */
+    bool one;                 /* of a LIST without table: an entry may stand for a list of one */
     const struct config_table *table;
     const char *unit; /* of COUNT, NUMBER and entries of NUMBER; NULL: a pure number */
     const char *help;

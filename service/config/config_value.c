@@ -18,6 +18,12 @@
 static const char *const true_words[] = {"true", "yes", "on", NULL};
 static const char *const false_words[] = {"false", "no", "off", NULL};
 
+/* First word that may be chosen */
+static size_t first_word(const config_scalar *s)
+{
+    return s->is_entry ? 0 : (size_t)s->row->low;
+}
+
 static double lowest(const config_scalar *s)
 {
     return s->is_entry ? 0 : s->row->low;
@@ -65,7 +71,7 @@ static void describe(const config_scalar *s, char *text, size_t size)
         snprintf(text, size, "one of true, false, yes, no, on, off");
         break;
     case CONFIG_WORD:
-        join_words(s->row->words + (size_t)s->row->low, words, sizeof words);
+        join_words(s->row->words + first_word(s), words, sizeof words);
         snprintf(text, size, "one of %s", words);
         break;
     default:
@@ -248,7 +254,7 @@ static bool read_word(config_reader *r, const config_scalar *s, const yaml_node_
             *index = truth;
             return true;
         }
-    } else if (find_word(s->row->words, text, index) && *index >= s->row->low) {
+    } else if (find_word(s->row->words, text, index) && *index >= first_word(s)) {
         return true;
     }
     describe(s, wanted, sizeof wanted);

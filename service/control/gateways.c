@@ -38,13 +38,13 @@ static void log_refusal(const config *settings, size_t robot, const char *gatewa
     tfa_log(TFA_LOG_ERROR, "%s: %s: %s", at, path, error->text);
 }
 
-int gateways_check_robot(const config *settings, const config_robot *robot, const tfa_model *model,
+int gateways_check_robot(const config *settings, const config_robot *robot, const tfa_robot *served,
                          char *text, size_t size)
 {
     gateway_error error;
     for (int k = 0; k < TFA_GATEWAY_SOURCES; k++) {
         const int status =
-            kinds[k]->check_robot ? kinds[k]->check_robot(settings, robot, model, &error) : TFA_OK;
+            kinds[k]->check_robot ? kinds[k]->check_robot(settings, robot, served, &error) : TFA_OK;
         if (status == TFA_OK)
             continue;
         log_refusal(settings, (size_t)(robot - settings->robots), kinds[k]->name, &error);

@@ -11,10 +11,11 @@
 
 /* Checks configuration and environment of the gateways without joining a domain. */
 TFA_CHECKED int gateways_check(const config *settings);
-/* Checks and logs whether a robot's part of the configuration fits its model. Any thread.
+/* Checks and logs whether a robot's part of the configuration fits its models. Any thread.
+ * @param served  the robot, then its scenes
  * @param text  receives the same without the place in the file; NULL is allowed */
 TFA_CHECKED int gateways_check_robot(const config *settings, const config_robot *robot,
-                                     const tfa_model *model, char *text, size_t size);
+                                     const tfa_robot *served, char *text, size_t size);
 TFA_CHECKED int gateways_join(tfa_daemon *d);
 /* Makes their solvers and opens them: when everything can be served. */
 TFA_CHECKED int gateways_start(tfa_daemon *d);

@@ -210,6 +210,7 @@ static int accept_hello(tfa_daemon *d, session *s, const tfa_hello *hello, tfa_w
     w->spin_ns = d->settings->spin_ns;
     w->joint_count = tfa_model_joint_count(robot->model);
     w->frame_count = tfa_model_frame_count(robot->model);
+    w->constraint_count = tfa_model_constraint_count(robot->model);
     w->names_bytes = robot->names.size;
     memcpy(w->model_hash, tfa_model_hash_text(robot->model), sizeof w->model_hash);
     status = create_segments(d, s, w);

@@ -53,12 +53,10 @@ static void release_reload(const tfa_daemon *d, reload *r)
 static void describe(const tfa_daemon *d, const char *error)
 {
     const config_robot *robot = &d->settings->robots[d->reload.robot];
-    uint32_t i = 0;
-    while (d->robot_set.robots[i].config != robot)
-        i++;
-    for (const gateway_slot *g = NULL; (g = gateways_next(d, i, g));)
-        if (g->kind->report)
-            g->kind->report(g->self, i, error);
+    for (uint32_t i = 0; i < d->robot_set.count; i++)
+        for (const gateway_slot *g = NULL; (g = gateways_next(d, i, g));)
+            if (d->robot_set.robots[i].config == robot && g->kind->report)
+                g->kind->report(g->self, i, error);
 }
 
 static void begin_reload(tfa_daemon *d)

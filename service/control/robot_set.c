@@ -22,8 +22,8 @@ static int load_robot(const config *settings, const config_robot *from, tfa_robo
     int status = tfa_robot_load(settings, from, urdf, robots);
     if (status != TFA_OK)
         return status;
-    status = gateways_check_robot(settings, from, robots[0].model, urdf ? urdf->error : NULL,
-                                  sizeof urdf->error);
+    status =
+        gateways_check_robot(settings, from, robots, urdf ? urdf->error : NULL, sizeof urdf->error);
     for (size_t i = tfa_robot_count(from); status != TFA_OK && i > 0; i--)
         tfa_robot_unload(&robots[i - 1]);
     return status;

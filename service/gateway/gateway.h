@@ -59,8 +59,9 @@ struct gateway {
     uint32_t source;  /* TFA_SOURCE_: place of its states and its tap */
     /* Checks configuration and environment without joining a domain. */
     int (*check)(const config *settings);
-    /* Checks the robot's part of the configuration against its model; any thread. */
-    int (*check_robot)(const config *settings, const config_robot *robot, const tfa_model *model,
+    /* Checks the robot's part of the configuration against its model or that of one of its scenes;
+     * any thread. @param served  the robot, then its scenes */
+    int (*check_robot)(const config *settings, const config_robot *robot, const tfa_robot *served,
                        gateway_error *error);
     /* Creates every entity; nothing answers yet. @param self  NULL if it is off or on error */
     int (*join)(const gateway_context *context, void **self);

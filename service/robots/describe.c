@@ -113,6 +113,52 @@ static void write_modes(FILE *out, const tfa_modes *modes)
     fputs("}}", out);
 }
 
+static void write_words(FILE *out, const char *key, const char *const *words, size_t count)
+{
+    fprintf(out, "\"%s\": [", key);
+    for (size_t i = 0; i < count; i++) {
+        fputs(comma(i), out);
+        write_text(out, words[i]);
+    }
+    fputs("], ", out);
+}
+
+static void write_frame(FILE *out, const char *key, const config_frame *frame)
+{
+    static const double zeros[3];
+    fprintf(out, "\"%s\": {", key);
+    write_key(out, "xyz", frame->xyz_count ? frame->xyz : zeros, 3);
+    write_key(out, "rpy", frame->rpy_count ? frame->rpy : zeros, 3);
+    fputs("\"link\": ", out);
+    write_text(out, frame->link ? frame->link : "world");
+    fputs("}, ", out);
+}
+
+/* As in a side file: totalforce/constraints.h */
+static void write_constraints(FILE *out, const config_scene *scene)
+{
+#define WORD(rows, word) word,
+    static const char *const words[] = {TFA_CONSTRAINT_WORDS(WORD)};
+#undef WORD
+    fputc('{', out);
+    write_words(out, "actuated", scene->actuated, scene->actuated_count);
+    fputs("\"constraints\": [", out);
+    for (size_t i = 0; i < scene->constraints_count; i++) {
+        const config_constraint *c = &scene->constraints[i];
+        const char *hold[6];
+        for (size_t k = 0; k < c->hold_count; k++)
+            hold[k] = words[c->hold[k]];
+        fprintf(out, "%s{\"name\": ", comma(i));
+        write_text(out, c->name);
+        fputs(", ", out);
+        write_frame(out, "first", &c->first);
+        write_frame(out, "second", &c->second);
+        write_words(out, "hold", hold, c->hold_count);
+        fprintf(out, "\"unilateral\": %s}", c->unilateral ? "true" : "false");
+    }
+    fputs("]}", out);
+}
+
 static void write_scene(FILE *out, const config_scene *scene, const tfa_modes *modes)
 {
     fputs("{\"root\": ", out);
@@ -134,6 +180,8 @@ static void write_scene(FILE *out, const config_scene *scene, const tfa_modes *m
     }
     fputs("], \"modes\": ", out);
     write_modes(out, modes);
+    fputs(", \"constraints\": ", out);
+    write_constraints(out, scene);
     fputc('}', out);
 }
 

@@ -87,7 +87,7 @@ static void log_summary(const tfa_robot *robot, const tfa_report *of_file,
             s.follows, s.absent, text);
 }
 
-/* ---- names: types, frames of modes, joint names, frame names ---- */
+/* ---- names: types, frames of modes, names of joints, frames, constraints ---- */
 
 static size_t names_size(const tfa_model *model)
 {
@@ -97,6 +97,8 @@ static size_t names_size(const tfa_model *model)
         size += strlen(tfa_model_joint(model, i).name) + 1;
     for (uint32_t i = 0; i < frames; i++)
         size += strlen(tfa_model_frame(model, i).name) + 1;
+    for (uint32_t i = 0; i < tfa_model_constraint_count(model); i++)
+        size += strlen(tfa_model_constraint(model, i).name) + 1;
     return size;
 }
 
@@ -119,6 +121,8 @@ static int write_names(tfa_robot *robot)
     }
     for (uint32_t i = 0; i < frames; i++)
         at = stpcpy(at, tfa_model_frame(model, i).name) + 1;
+    for (uint32_t i = 0; i < tfa_model_constraint_count(model); i++)
+        at = stpcpy(at, tfa_model_constraint(model, i).name) + 1;
     const int status = tfa_segment_create_constant(types, size ? size : 1, &robot->names);
     free(types);
     return status;

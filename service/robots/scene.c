@@ -9,6 +9,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <totalforce/constraints.h>
 #include <totalforce/text.h>
 
 #include "platform/log.h"
@@ -110,12 +111,14 @@ int tfa_robot_source_set_armature(const tfa_robot_source *robot, tfa_description
 typedef struct lists {
     tfa_lock *locks;
     tfa_payload *payloads;
+    tfa_constraint *constraints;
 } lists;
 
 static void free_lists(lists *l)
 {
     free(l->locks);
     free(l->payloads);
+    free(l->constraints);
 }
 
 static int fill_lock(const tfa_robot_source *s, const tfa_description *d, size_t i, tfa_lock *lock)
@@ -156,6 +159,43 @@ static int fill_payload(const tfa_robot_source *s, const tfa_description *d, siz
     return check_link(s, d, key, from->link);
 }
 
+static int fill_frame(const tfa_robot_source *s, const tfa_description *d, const char *key,
+                      const config_frame *from, tfa_constraint *c, int side)
+{
+    char path[80];
+    tfa_constraint_set_pose(c->pose[side], from->xyz_count ? from->xyz : NULL,
+                            from->rpy_count ? from->rpy : NULL);
+    if (!from->link || strcmp(from->link, "world") == 0)
+        return TFA_OK;
+    c->link[side] = from->link;
+    snprintf(path, sizeof path, "%s.%s.link", key, side ? "second" : "first");
+    return check_link(s, d, path, from->link);
+}
+
+static int fill_constraint(const tfa_robot_source *s, const tfa_description *d, size_t i,
+                           tfa_constraint *c)
+{
+    const config_constraint *from = &s->scene->constraints[i];
+    char key[64];
+    snprintf(key, sizeof key, "constraints[%zu]", i);
+    *c = (tfa_constraint){
+        .name = from->name, .rows = config_constraint_rows(from), .unilateral = from->unilateral};
+    const int status = fill_frame(s, d, key, &from->first, c, 0);
+    return status == TFA_OK ? fill_frame(s, d, key, &from->second, c, 1) : status;
+}
+
+static int check_actuated(const tfa_robot_source *s, const tfa_description *d)
+{
+    const config_scene *scene = scene_of(s);
+    char key[64];
+    for (size_t i = 0; i < scene->actuated_count; i++) {
+        snprintf(key, sizeof key, "actuated[%zu]", i);
+        if (!find_joint(s, d, key, scene->actuated[i]))
+            return TFA_E_JOINT;
+    }
+    return TFA_OK;
+}
+
 static int load_modes(const tfa_robot_source *s, tfa_modes *modes, tfa_report *report)
 {
     const config_scene *from = scene_of(s);
@@ -176,7 +216,8 @@ static int fill_scene(const tfa_robot_source *s, const tfa_description *d, lists
     char key[64];
     l->locks = calloc(from->locked_count + 1, sizeof *l->locks);
     l->payloads = calloc(from->payload_count + 1, sizeof *l->payloads);
-    if (!l->locks || !l->payloads)
+    l->constraints = calloc(from->constraints_count + 1, sizeof *l->constraints);
+    if (!l->locks || !l->payloads || !l->constraints)
         return TFA_E_MEMORY;
     for (size_t i = 0; i < from->tips_count && status == TFA_OK; i++) {
         snprintf(key, sizeof key, "tips[%zu]", i);
@@ -186,6 +227,10 @@ static int fill_scene(const tfa_robot_source *s, const tfa_description *d, lists
         status = fill_lock(s, d, i, &l->locks[i]);
     for (size_t i = 0; i < from->payload_count && status == TFA_OK; i++)
         status = fill_payload(s, d, i, &l->payloads[i]);
+    for (size_t i = 0; i < from->constraints_count && status == TFA_OK; i++)
+        status = fill_constraint(s, d, i, &l->constraints[i]);
+    if (status == TFA_OK)
+        status = check_actuated(s, d);
     *scene = (tfa_scene){.root = from->root,
                          .tips = from->tips,
                          .tip_count = from->tips_count,
@@ -194,7 +239,11 @@ static int fill_scene(const tfa_robot_source *s, const tfa_description *d, lists
                          .payloads = l->payloads,
                          .payload_count = from->payload_count,
                          .modes = modes->links,
-                         .modes_count = modes->count};
+                         .modes_count = modes->count,
+                         .constraints = l->constraints,
+                         .constraint_count = from->constraints_count,
+                         .actuated = from->actuated,
+                         .actuated_count = from->actuated_count};
     return status;
 }
 
@@ -224,13 +273,19 @@ static bool same_tips(const config_scene *a, const config_scene *b)
     return true;
 }
 
+/* True with constants of its own, which deriving neither adds nor removes */
+static bool has_own_constants(const config_scene *scene)
+{
+    return scene->modes_count || scene->constraints_count || scene->actuated_count;
+}
+
 /* Do two sources of one robot differ in gravity and payloads only, so that `s` can be derived of
  * `origin`? Deriving replaces payloads but cannot take them away. */
 static bool can_derive(const tfa_robot_source *s, const tfa_robot_source *origin)
 {
     const config_scene *a = scene_of(s), *b = scene_of(origin);
     if (base_of(s) != base_of(origin) || (b->payload_count && !a->payload_count) ||
-        a->modes_count || b->modes_count)
+        has_own_constants(a) || has_own_constants(b))
         return false;
     if ((a->root || b->root) && (!a->root || !b->root || strcmp(a->root, b->root) != 0))
         return false;

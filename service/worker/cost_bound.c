@@ -26,6 +26,7 @@ static const uint32_t flag_groups[] = {
     TFA_WANT_FRAME_POSES,
     TFA_WANT_COM | TFA_WANT_MOMENTUM | TFA_WANT_ENERGY,
     TFA_WANT_JOINT_FORCES,
+    TFA_WANT_DELASSUS,
 };
 enum { FLAG_GROUPS = sizeof flag_groups / sizeof *flag_groups, WRENCHES = FLAG_GROUPS };
 enum { PAYLOADS = WRENCHES + 1, LOCKED = PAYLOADS + 1 };
@@ -72,6 +73,7 @@ typedef struct meter {
     double *q[2]; /* in turns: a solver may keep the factors of the last one */
     double *numbers;
     void *reply;
+    uint32_t constraints; /* of the robot */
 } meter;
 
 static const double pose[7] = {0, 0, 0, 0, 0, 0.6, 0.8};
@@ -93,6 +95,7 @@ static void set_arrays(meter *m)
                        .tau = x,
                        .qdd = x,
                        .task_acceleration = x,
+                       .constraint_acceleration = x,
                        .wrenches = x,
                        .locked = first_joint,
                        .payloads = payloads[0]};
@@ -153,7 +156,7 @@ static int open_meter(const tfa_model *model, const tfa_worker_robot *robot, met
     const size_t states = robot->shape.v_count + 6 * TFA_MAX_TIPS, q = robot->shape.q_count;
     tfa_wire_shape shape = robot->shape;
     shape.max_batch = 1;
-    *m = (meter){.robot = robot};
+    *m = (meter){.robot = robot, .constraints = tfa_model_constraint_count(model)};
     m->q[0] = calloc(2 * q + states, sizeof(double));
     m->reply = calloc(1, tfa_wire_reply_capacity(&shape));
     if (!m->q[0] || !m->reply) {
@@ -207,13 +210,27 @@ static uint32_t measure(const meter *m, const tfa_request *kind)
     return least <= most ? (uint32_t)least : UINT32_MAX;
 }
 
-/* From few tips to many; once it takes too long, so does the rest. */
+/* As many constraints as there are tips, if the robot has them */
+static void set_constraints(const meter *m, tfa_request *kind)
+{
+    const uint32_t all = tfa_all_constraints(m->constraints), tips = kind->tip_count;
+    kind->constraints = tips < TFA_MAX_CONSTRAINTS ? all & ((1u << tips) - 1) : all;
+}
+
+/* From few tips to many; once it takes too long, so does the rest. Constraints that are refused,
+ * because they are on too many links, stand in proportion to fewer of them. */
 static void measure_curve(const meter *m, tfa_request *kind, const uint32_t *tips,
                           tfa_cost_curve *curve)
 {
+    const bool constrained = (TFA_OP_BIT(kind->op) & TFA_OPS_CONSTRAINED) != 0;
     for (int k = 0; k < TFA_COST_POINTS; k++) {
+        const uint32_t before = k ? curve->at[k - 1] : 0;
         kind->tip_count = tips[k];
-        curve->at[k] = k && curve->at[k - 1] == UINT32_MAX ? UINT32_MAX : measure(m, kind);
+        if (constrained)
+            set_constraints(m, kind);
+        curve->at[k] = before == UINT32_MAX ? UINT32_MAX : measure(m, kind);
+        if (constrained && !curve->at[k] && before)
+            curve->at[k] = (uint32_t)((uint64_t)before * tips[k] / tips[k - 1]);
     }
 }
 
@@ -302,7 +319,9 @@ uint32_t tfa_cost_bound(const tfa_cost_parts *parts, const tfa_request *r)
     if ((int)r->op < 1 || r->op > TFA_OP_LAST || (uint32_t)r->method >= TFA_COST_METHODS)
         return 1;
     /* a point has half the rows of a pose, and the same path to the root */
-    const uint32_t tips = r->rows == TFA_ROWS_POINT ? (3 * r->tip_count + 3) / 4 : r->tip_count;
+    const uint32_t of_tips = r->rows == TFA_ROWS_POINT ? (3 * r->tip_count + 3) / 4 : r->tip_count;
+    const uint32_t closed = (uint32_t)(tfa_constraint_numbers(r) / 6);
+    const uint32_t tips = closed > of_tips ? closed : of_tips;
     const double plain = between(parts->tips, &parts->of[r->op][r->method].plain, tips);
     double ns = plain;
     if (r->refine <= TFA_MAX_REFINE) {

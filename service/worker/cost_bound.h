@@ -20,7 +20,7 @@
 #include "worker/worker.h"
 
 #define TFA_COST_POINTS 5     /* numbers of tips */
-#define TFA_COST_ADDITIONS 10 /* groups of flags, wrenches, payloads, locked joints */
+#define TFA_COST_ADDITIONS 11 /* groups of flags, wrenches, payloads, locked joints */
 #define TFA_COST_METHODS 17   /* numbers of tfa_method */
 
 /** ns by the number of tips; UINT32_MAX: longer than CONFIG_STATE_US_MOST; 0: refused */

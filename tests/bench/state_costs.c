@@ -34,12 +34,14 @@ static const char *const op_names[TFA_OP_LAST + 1] = {
 };
 
 /* Each flag alone, none, and all that any op takes */
-#define FLAGS 13
+#define FLAGS 14
 #define FLAG_SETS (FLAGS + 2)
 _Static_assert(TFA_WANT_ALL == (1u << FLAGS) - 1, "one bit each");
 static uint32_t flag_set(int f)
 {
-    return f < FLAGS ? 1u << f : f == FLAGS ? 0 : TFA_WANT_ALL & ~TFA_WANT_JOINT_FORCES;
+    return f < FLAGS    ? 1u << f
+           : f == FLAGS ? 0
+                        : TFA_WANT_ALL & ~(TFA_WANT_JOINT_FORCES | TFA_WANT_DELASSUS);
 }
 
 static const uint32_t tip_counts[] = {0, 1, 2, 4, 8, 32};

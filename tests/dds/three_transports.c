@@ -25,7 +25,7 @@
 #define CANARY 0xa5
 #define WORDS 2048      /* of the largest answer to few tips */
 #define WORDS_MAX 40960 /* to TFA_MAX_TIPS */
-#define FLAG_SETS 14    /* none, each of 12, all */
+#define FLAG_SETS 16    /* none, each of 14, all that the op answers */
 
 #define POLICIES 36 /* for rank loss, thresholds, frames */
 #define METHODS 16
@@ -69,17 +69,18 @@ static tfa_reply reply_into(buffers *b, const transports *d)
     return reply;
 }
 
-static uint32_t flags_of(unsigned set)
-{
-    return set == 0 ? 0 : set <= 13 ? 1u << (set - 1) : TFA_WANT_ALL;
-}
-
 /* Flags that an op refuses */
 static uint32_t unanswered(tfa_op op)
 {
     const uint32_t lambda = TFA_WANT_SPECTRUM | TFA_WANT_LAMBDA | TFA_WANT_MU | TFA_WANT_P;
     return (TFA_OP_BIT(op) & TFA_OPS_SOLVE ? 0 : lambda) |
-           (TFA_OP_BIT(op) & TFA_OPS_MOTION ? 0 : TFA_WANT_JOINT_FORCES);
+           (TFA_OP_BIT(op) & TFA_OPS_MOTION ? 0 : TFA_WANT_JOINT_FORCES) |
+           (TFA_OP_BIT(op) & TFA_OPS_CONSTRAINED_SOLVE ? 0 : TFA_WANT_DELASSUS);
+}
+
+static uint32_t flags_of(tfa_op op, unsigned set)
+{
+    return set == 0 ? 0 : set < FLAG_SETS - 1 ? 1u << (set - 1) : TFA_WANT_ALL & ~unanswered(op);
 }
 
 static tfa_request make_request(const transports *d, tfa_op op, unsigned choice, uint32_t flags,
@@ -272,7 +273,7 @@ static void ask_all(transports *d)
             for (unsigned set = 0; set < FLAG_SETS; set++)
                 for (uint32_t count = 1; count <= BATCH && is_asked(op, choice, set);
                      count += BATCH - 1) {
-                    const tfa_request r = make_request(d, op, choice, flags_of(set), count);
+                    const tfa_request r = make_request(d, op, choice, flags_of(op, set), count);
                     compare(d, &r, choice);
                 }
 }

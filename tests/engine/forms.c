@@ -107,6 +107,13 @@ static void in_sequence(test_robot *robot)
 
 EVERY_ROBOT(a_workspace_remembers_nothing_of_other_requests, in_sequence, true)
 
+static void constrained_in_sequence(test_robot *robot)
+{
+    fixture_constrained(robot, in_sequence);
+}
+
+EVERY_ROBOT(nor_of_constraints, constrained_in_sequence, true)
+
 /* ---- prepared requests ---- */
 
 static void run_prepared(struct setting *s, const question *q)

@@ -127,12 +127,31 @@ static void every_request_of(test_robot *robot, tfa_workspace *w)
     random_states_free(x);
 }
 
+static void constrained_requests(test_robot *robot)
+{
+    random_states *x = fixture_states(robot, 0, 2, 2);
+    tfa_workspace *w = fixture_workspace(robot->model, TFA_F64);
+    double wrenches[2 * 12];
+    tfa_reply reply = {.constraint_wrenches = wrenches};
+    tfa_request r = fixture_request(robot, x);
+    r.constraints = (1u << tfa_model_constraint_count(robot->model)) - 1;
+    const unsigned long before = atomic_load(&calls);
+    unsigned answered = 0;
+    for (r.op = TFA_OP_CONSTRAINED_DYNAMICS; r.op <= TFA_OP_LAST; r.op++)
+        answered += tfa_compute(w, &r, &reply) == TFA_OK;
+    assert_int_equal(atomic_load(&calls) - before, 0);
+    assert_true(answered > 0);
+    tfa_workspace_free(w);
+    random_states_free(x);
+}
+
 static void every_request(test_robot *robot)
 {
     tfa_workspace *mixed = fixture_mixed(robot->model, TFA_F32, TFA_RESIDUAL_F64);
     every_request_of(robot, robot->f64);
     every_request_of(robot, mixed);
     tfa_workspace_free(mixed);
+    fixture_constrained(robot, constrained_requests);
 }
 
 TEST(computing_allocates_nothing)

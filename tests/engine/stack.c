@@ -99,12 +99,18 @@ static void ask_robot(test_robot *robot)
     }
 }
 
+static void ask_constrained(test_robot *robot)
+{
+    ask_robot(robot);
+    fixture_constrained(robot, ask_robot);
+}
+
 TEST(no_request_goes_deeper)
 {
 #ifdef SANITIZED
     skip(); /* frames with borders around every variable are larger */
 #endif
-    for_every_robot(ask_robot, false);
+    for_every_robot(ask_constrained, false);
     print_message("deepest: %zu of %zu bytes\n", deepest, TFA_STACK_BYTES);
     assert_true(deepest > 4096); /* a stack that was not painted would pass, too */
 }

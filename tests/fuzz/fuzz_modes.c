@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * libFuzzer target: any bytes at all give either sound modes or an error with a message.
+ * libFuzzer target: any bytes at all give either sound modes or an error with a message; the same
+ * for constraints.
  */
 #include "invariants.h"
 
 #include <math.h>
 #include <string.h>
+#include <totalforce/constraints.h>
 #include <totalforce/modes.h>
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
@@ -34,8 +36,26 @@ static void require_link(const tfa_link_modes *link)
     }
 }
 
+static void check_constraints(const char *text, size_t size)
+{
+    tfa_report report = {0};
+    tfa_constraints c = {0};
+    const int status = tfa_constraints_parse(text, size, "f.yaml", &c, &report);
+    REQUIRE(status == TFA_OK || (c.count == 0 && c.actuated_count == 0));
+    check_report(&report, status);
+    for (size_t k = 0; k < c.count; k++) {
+        REQUIRE(*c.list[k].name && c.list[k].rows && c.list[k].rows <= TFA_CONSTRAINT_WELD);
+        require_finite(c.list[k].pose[0], 14);
+    }
+    for (size_t k = 0; k < c.actuated_count; k++)
+        REQUIRE(*c.actuated[k]);
+    tfa_constraints_free(&c);
+    tfa_report_free(&report);
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
+    check_constraints((const char *)data, size);
     tfa_report report = {0};
     tfa_modes modes = {0};
     const int status = tfa_modes_parse((const char *)data, size, "f.yaml", &modes, &report);

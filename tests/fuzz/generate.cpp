@@ -208,6 +208,10 @@ std::string generate_robot(struct random_source &c)
     if (random_percent(&c, 10))
         parts.push_back("<transmission><joint name=\"j1\"/><actuator name=\"m\">"
                         "<drake:rotor_inertia value=\"1e-5\"/></actuator></transmission>");
+    if (random_percent(&c, 10) && count > 1)
+        parts.push_back("<loop_joint name=\"loop\" type=\"revolute\"><link1 link=\"l0\" xyz=\"" +
+                        plain_vector(c) + "\"/><link2 link=\"" + name_of("l", count - 1) +
+                        "\"/><axis xyz=\"0 0.6 -0.8\"/></loop_joint>");
     if (random_percent(&c, 30))
         for (size_t i = parts.size(); i > 1; i--)
             std::swap(parts[i - 1], parts[random_below(&c, i)]);

@@ -82,6 +82,20 @@ static void require_mimics_end(const tfa_description *d)
     }
 }
 
+static void require_constraint(const tfa_description *d, const tfa_constraint *c)
+{
+    REQUIRE(c->name && strlen(c->name) > 0 && strlen(c->name) <= 255);
+    REQUIRE(c->rows && !(c->rows & ~TFA_CONSTRAINT_WELD) && !c->unilateral);
+    for (int side = 0; side < 2; side++) {
+        size_t link = 0;
+        while (c->link[side] && link < d->link_count && d->links[link].name != c->link[side])
+            link++;
+        REQUIRE(!c->link[side] || link < d->link_count);
+        require_finite(c->pose[side], 3);
+        require_unit(c->pose[side] + 3, 4);
+    }
+}
+
 void check_report(const tfa_report *report, int status)
 {
     REQUIRE((report->errors > 0) == (status != TFA_OK));
@@ -98,6 +112,9 @@ static void require_description(const tfa_description *d)
         require_link(&d->links[i]);
     for (size_t j = 0; j < d->joint_count; j++)
         require_joint(d, &d->joints[j]);
+    REQUIRE(d->constraint_count <= TFA_MAX_CONSTRAINTS);
+    for (size_t k = 0; k < d->constraint_count; k++)
+        require_constraint(d, &d->constraints[k]);
     require_tree(d);
     require_mimics_end(d);
 }

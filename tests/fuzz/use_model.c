@@ -3,6 +3,7 @@
  *
  * Computes everything with a model, in random states, with buffers that end where they must.
  */
+#include "interface/fields.h"
 #include "invariants.h"
 #include "use.h"
 
@@ -106,7 +107,7 @@ static void choose_lists(struct exchange *x, const tfa_model *m, struct random_s
 }
 
 /* Arrays of a reply: their numbers of a state, and the ops whose status they go with; 0: none. */
-enum { OF_1, OF_V, OF_N, OF_TIPS, OF_ROWS, OF_FRAMES, SIZES };
+enum { OF_1, OF_V, OF_N, OF_TIPS, OF_ROWS, OF_FRAMES, OF_CONSTRAINTS, SIZES };
 #define ARRAY(member, times, one, other, ops)                                                      \
     {                                                                                              \
         offsetof(tfa_reply, member), times, one, other, ops                                        \
@@ -116,9 +117,9 @@ static const struct {
     int one, other;
     uint32_t ops;
 } arrays_of_reply[] = {
-    ARRAY(qdd, 1, OF_V, OF_1, TFA_OPS_FD),
+    ARRAY(qdd, 1, OF_V, OF_1, TFA_OPS_FD | TFA_OPS_CONSTRAINED_FD),
     ARRAY(base_acceleration, 6, OF_1, OF_1, 0),
-    ARRAY(tau, 1, OF_V, OF_1, TFA_OPS_ID | TFA_OPS_TASK),
+    ARRAY(tau, 1, OF_V, OF_1, TFA_OPS_ID | TFA_OPS_TASK | TFA_OPS_CONSTRAINED_ID),
     ARRAY(base_wrench, 6, OF_1, OF_1, 0),
     ARRAY(lambda_inv, 1, OF_ROWS, OF_ROWS, TFA_OPS_OSIM | TFA_OPS_TASK),
     ARRAY(mass_matrix, 1, OF_N, OF_N, TFA_OPS_M),
@@ -147,6 +148,13 @@ static const struct {
     ARRAY(dqdd_dtau, 1, OF_N, OF_N, TFA_OPS_DERIVATIVES),
     ARRAY(dtau_dq, 1, OF_N, OF_N, TFA_OPS_ID_DERIVATIVES),
     ARRAY(dtau_dv, 1, OF_N, OF_N, TFA_OPS_ID_DERIVATIVES),
+    ARRAY(constraint_wrenches, 6, OF_CONSTRAINTS, OF_1, TFA_OPS_CONSTRAINED),
+    ARRAY(constraint_position, 6, OF_CONSTRAINTS, OF_1, TFA_OPS_CONSTRAINED),
+    ARRAY(constraint_velocity, 6, OF_CONSTRAINTS, OF_1, TFA_OPS_CONSTRAINED),
+    ARRAY(constraint_residual, 6, OF_CONSTRAINTS, OF_1, TFA_OPS_CONSTRAINED),
+    ARRAY(delassus, 36, OF_CONSTRAINTS, OF_CONSTRAINTS, 0),
+    ARRAY(v, 1, OF_V, OF_1, TFA_OPS_IMPACT),
+    ARRAY(base_twist, 6, OF_1, OF_1, 0),
 };
 enum { REPLY_ARRAYS = sizeof arrays_of_reply / sizeof *arrays_of_reply };
 
@@ -158,8 +166,13 @@ static double **array_of_reply(struct exchange *x, int i)
 static size_t numbers_of_reply(const struct exchange *x, const tfa_model *m, int i)
 {
     const size_t rows = x->request.rows == TFA_ROWS_POINT ? 3 : 6;
-    const size_t sizes[SIZES] = {1,       tfa_model_v_count(m), x->n,
-                                 x->tips, rows * x->tips,       tfa_model_frame_count(m)};
+    const size_t sizes[SIZES] = {1,
+                                 tfa_model_v_count(m),
+                                 x->n,
+                                 x->tips,
+                                 rows * x->tips,
+                                 tfa_model_frame_count(m),
+                                 (size_t)__builtin_popcount(x->request.constraints)};
     return x->count * arrays_of_reply[i].times * sizes[arrays_of_reply[i].one] *
            sizes[arrays_of_reply[i].other];
 }
@@ -186,6 +199,9 @@ static void make_exchange(struct exchange *x, const tfa_model *m, struct random_
     r->count = (uint32_t)x->count;
     r->rows = (tfa_rows)random_below(c, 2);
     r->rank_loss = (tfa_rank_loss)random_below(c, 3);
+    r->constraints = tfa_all_constraints(tfa_model_constraint_count(m));
+    if (r->constraints && random_percent(c, 50))
+        r->constraints &= (uint32_t)random_below(c, UINT32_MAX);
     make_reply(x, m);
     x->task = numbers(x->count * 6 * x->tips, 10, c);
     r->refine = random_percent(c, 60) ? TFA_REFINE_DEFAULT : (uint32_t)random_below(c, 3);

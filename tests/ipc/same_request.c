@@ -5,6 +5,7 @@
  */
 #include "same_request.h"
 
+#include "interface/fields.h"
 #include "test.h"
 
 static void assert_same_array(const void *sent, const void *got, size_t bytes)
@@ -34,6 +35,7 @@ static void assert_same_scalars(const tfa_request *sent, const tfa_request *got)
     assert_int_equal(sent->locked_count, got->locked_count);
     assert_int_equal(sent->rows, got->rows);
     assert_int_equal(sent->rank_loss, got->rank_loss);
+    assert_int_equal(sent->constraints, got->constraints);
 }
 
 void assert_same_request(const request_sizes *sizes, const tfa_request *sent,
@@ -64,4 +66,8 @@ void assert_same_request(const request_sizes *sizes, const tfa_request *sent,
                         (size_t)sent->payload_count * TFA_PAYLOAD_NUMBERS);
     assert_same_numbers(sent->modes, got->modes, count * sizes->modes);
     assert_same_numbers(sent->mode_velocities, got->mode_velocities, count * sizes->modes);
+    assert_same_numbers(sent->constraint_acceleration, got->constraint_acceleration,
+                        count * tfa_constraint_numbers(sent));
+    assert_same_numbers(sent->stabilisation, got->stabilisation, 2);
+    assert_same_numbers(sent->torque_weights, got->torque_weights, sizes->v_count);
 }

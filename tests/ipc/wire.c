@@ -22,7 +22,7 @@ static const void *numbers(size_t count)
 /* A request with everything; `without` leaves out block k where bit k is set. */
 static tfa_request full_request(const tfa_wire_shape *s, uint32_t without)
 {
-    tfa_request r = {.op = TFA_OP_FORWARD_DYNAMICS,
+    tfa_request r = {.op = TFA_OP_CONSTRAINED_DYNAMICS,
                      .method = TFA_METHOD_TFA,
                      .estimate = TFA_ESTIMATE_ALWAYS,
                      .frame = TFA_FRAME_WORLD,
@@ -35,6 +35,7 @@ static tfa_request full_request(const tfa_wire_shape *s, uint32_t without)
                      .wrench_count = 2,
                      .payload_count = 3,
                      .locked_count = s->v_count, /* odd: the block is padded */
+                     .constraints = 0x80000005,
                      .tips = {5, 0, 70000},
                      .wrench_frames = {UINT32_MAX, 4},
                      .payload_frames = {1, UINT32_MAX, 0}};
@@ -56,6 +57,9 @@ static tfa_request full_request(const tfa_wire_shape *s, uint32_t without)
     SET(LOCKED, locked, s->v_count);
     SET(MODES, modes, s->modes);
     SET(MODE_VELOCITIES, mode_velocities, s->modes);
+    SET(CONSTRAINT_ACCELERATION, constraint_acceleration, 18);
+    SET(STABILISATION, stabilisation, 1);
+    SET(TORQUE_WEIGHTS, torque_weights, s->v_count);
 #undef SET
     return r;
 }
@@ -77,7 +81,10 @@ static void free_request(const tfa_request *r)
                             r->task_acceleration,
                             r->rank_threshold,
                             r->modes,
-                            r->mode_velocities};
+                            r->mode_velocities,
+                            r->constraint_acceleration,
+                            r->stabilisation,
+                            r->torque_weights};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         free((void *)(uintptr_t)arrays[k]);
 }
@@ -259,7 +266,8 @@ TEST(every_answer_arrives)
                                .flags = TFA_WANT_ALL,
                                .rows = k & 1 ? TFA_ROWS_POINT : TFA_ROWS_POSE,
                                .count = WIRE_BATCH,
-                               .tip_count = 3};
+                               .tip_count = 3,
+                               .constraints = 0x25};
         tfa_wire_reply_shape shape = tfa_wire_reply_shape_of(&wire_dog, &r);
         unsigned char *slot = wire_slot(tfa_wire_reply_capacity(&wire_dog));
         tfa_reply there = {0}, here = {0};

@@ -34,6 +34,9 @@ static void assert_request_inside(const tfa_wire_shape *s, const tfa_request *r,
     assert_true(inside(r->wrenches, count * 6 * r->wrench_count, copy, size));
     assert_true(inside(r->task_acceleration,
                        count * r->tip_count * (r->rows == TFA_ROWS_POINT ? 3 : 6), copy, size));
+    assert_true(inside(r->constraint_acceleration, count * tfa_constraint_numbers(r), copy, size));
+    assert_true(inside(r->stabilisation, 2 * sizeof(double), copy, size));
+    assert_true(inside(r->torque_weights, s->v_count * sizeof(double), copy, size));
     assert_true(inside(r->rank_threshold, sizeof(double), copy, size));
     assert_true(inside(r->payloads, r->payload_count * sizeof(double[10]), copy, size));
     assert_true(inside(r->modes, count * s->modes, copy, size));
@@ -79,6 +82,7 @@ TEST(hostile_lines_stay_inside)
             line->wrench_count %= TFA_MAX_WRENCHES + 2;
             line->payload_count %= TFA_MAX_PAYLOADS + 2;
             line->locked_count %= s->v_count + 2;
+            line->constraints &= (1u << (s->max_tips + 1) % 32) - 1;
         }
         tfa_wire_copy_request(s, &(tfa_wire_form){0}, slot, copy);
         tfa_request r;

@@ -94,8 +94,11 @@ TEST(largest_reply_fits)
 {
     const size_t size = tfa_wire_reply_capacity(&wire_dog);
     for (int op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_LAST; op++) {
-        const tfa_request r = {
-            .op = (tfa_op)op, .flags = TFA_WANT_ALL, .count = 1, .tip_count = TFA_MAX_TIPS};
+        const tfa_request r = {.op = (tfa_op)op,
+                               .flags = TFA_WANT_ALL,
+                               .count = 1,
+                               .tip_count = TFA_MAX_TIPS,
+                               .constraints = UINT32_MAX};
         const tfa_wire_reply_shape reply_shape = tfa_wire_reply_shape_of(&wire_dog, &r);
         unsigned char *slot = wire_slot(size), *end = slot + TFA_WIRE_LINE;
         tfa_reply out;
@@ -122,6 +125,7 @@ TEST(large_batches_share)
         for (int op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_LAST; op++) {
             const tfa_wire_shape *shape = large[k];
             tfa_request r = {.op = (tfa_op)op, .tip_count = shape->max_tips, .count = 1};
+            r.constraints = tfa_all_constraints(shape->max_tips);
             tfa_field field;
             r.flags = TFA_WANT_ALL;
             for (r.count = 1; r.count <= shape->max_batch; r.count++) {

@@ -66,6 +66,44 @@ class Pickling(Case):
         with self.assertRaisesRegex(TypeError, "options cannot be copied: give lists"):
             pickle.dumps(model)
 
+    def test_constraints(self):
+        """The same model from dicts, from a file, and again from pickles"""
+        foot = {"name": "foot", "second": {"link": "tool0", "xyz": np.array([0, 0, 0.1])},
+                "hold": "point", "unilateral": True}
+        text = (b"constraints: [{name: foot, second: {link: tool0, xyz: [0, 0, 0.1]}, "
+                b"hold: [x, y, z], unilateral: true}]\nactuated: [joint_1, joint_3]")
+        motors = ["joint_3", "joint_1"]
+        model = load("arm7", constraints=foot, actuated=motors)
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "c.yaml"
+            path.write_bytes(text)
+            others = [load("arm7", constraints=path), load("arm7", constraints=[str(path)]),
+                      load("arm7", constraints=(foot,), actuated=motors),
+                      load("arm7", constraints=text)]
+        for other in [model, *others]:
+            self.assertEqual(other.hash, model.hash)
+            self.assertEqual(again(other).hash, model.hash)
+        hashes = {load("arm7").hash, model.hash, load("arm7", constraints=foot).hash,
+                  load("arm7", actuated="joint_1").hash,
+                  load("arm7", constraints=text, actuated=["joint_1"]).hash}
+        self.assertEqual(len(hashes), 5)
+        cases = [({"constraints": {**foot, "hold": "pt"}}, tf.LoadError, "'pt' is not one of point"),
+                 ({"constraints": [foot, 3]}, tf.LoadError, r"constraints\[1\]: keys are expected"),
+                 ({"constraints": [foot, foot]}, tf.LoadError, "another one has this name"),
+                 ({"constraints": {**foot, "second": {"xyz": [0, 0, np.nan]}}}, tf.LoadError,
+                  r"constraints\[0\].second.xyz: 'NaN' is not a finite number"),
+                 ({"constraints": {**foot, "second": {"link": "tol0"}}}, tf.LoadError,
+                  "nearest: 'tool0'"),
+                 ({"constraints": 3}, tf.InputTypeError, "must be a file, bytes, or a list"),
+                 ({"constraints": {**foot, "name": object()}}, tf.Error, "constraints: must be dicts"),
+                 ({"constraints": "/nowhere.yaml"}, tf.LoadError, "No such file"),
+                 ({"actuated": 3}, tf.InputTypeError, "must be a list of joints"),
+                 ({"actuated": [3]}, tf.InputTypeError, "must be a name"),
+                 ({"actuated": "joint"}, tf.LoadError, "nearest: 'joint_1'")]
+        for options, error, message in cases:
+            with self.subTest(options=options), self.assertRaisesRegex(error, message):
+                load("arm7", **options)
+
     def test_another_process(self):
         dog = load("quadruped", **SCENE)
         fields = state(dog, np.random.default_rng(3), 4)

@@ -263,6 +263,32 @@ TEST(flexible_links)
     assert_int_equal(recorder_number(&r, "same bits "), 5);
 }
 
+/* The same for constraints, which the hash of the model has */
+TEST(constraints)
+{
+    static recorder r;
+    SCOPED_HARNESS h = harness_serve(
+        ARM
+        "    scenes:\n      - name: held\n        actuated: [joint_2, joint_3]\n"
+        "        constraints:\n"
+        "          - {name: foot, second: {link: tool0, xyz: [0, 0, 0.1], rpy: [0.1, 0.2, 0.3]},"
+        "\n             hold: [point, rz], unilateral: true}\n"
+        "          - {name: grip, first: {link: link_2}, second: {link: tool0}, hold: weld}\n",
+        "");
+    recorder_begin(&h, &r, "arm.held", "a.rec", "", 0);
+    tfa_client *client = harness_connect(&h, "arm.held", TFA_WAIT_BLOCK);
+    for (int i = 0; i < 5; i++) {
+        double q[7], v[7], tau[7], qdd[7];
+        const tfa_request request = arm_request((double)i, q, v, tau);
+        tfa_reply reply = {.qdd = qdd};
+        assert_int_equal(tfa_client_call(client, &request, &reply, WAIT_NS, NULL), TFA_OK);
+    }
+    tfa_client_close(client);
+    assert_int_equal(recorder_end(&r), 0);
+    assert_int_equal(recorder_replay(&h, &r, "a.rec", ""), 0);
+    assert_int_equal(recorder_number(&r, "same bits "), 5);
+}
+
 /* Their status is that of the time, or of the daemon's configuration. */
 TEST(late_and_refused)
 {

@@ -118,7 +118,7 @@ TEST(another_version_is_named)
     unsigned char *bytes = read_file(&size);
     bytes[offsetof(tfa_recording_head, version)] = 2;
     assert_int_equal(recording_open(bytes, size, &r, text, sizeof text), -1);
-    assert_string_equal(text, "it is of version 2 of the format, not 6: use the totalforce that "
+    assert_string_equal(text, "it is of version 2 of the format, not 7: use the totalforce that "
                               "recorded it, or record again");
     free(bytes);
     unlink(path);
@@ -277,7 +277,8 @@ TEST(every_word_counts)
     for (uint32_t block = 0; block < TFA_WIRE_REPLY_BLOCKS; block++) {
         const uint64_t want =
             UINT64_C(1) << block | (block == TFA_WIRE_SPECTRUM) * TFA_WIRE_BIT(LAMBDA_INV);
-        const tfa_wire_reply_shape wanted = {.count = 2, .want = want, .tip_count = 1, .rows = 6};
+        const tfa_wire_reply_shape wanted = {
+            .count = 2, .want = want, .tip_count = 1, .rows = 6, .constraints = 6};
         const size_t bytes = tfa_wire_reply_width(&floating, block, &wanted);
         const size_t before = want == UINT64_C(1) << block
                                   ? 0

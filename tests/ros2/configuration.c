@@ -285,6 +285,12 @@ TEST(a_bad_host_of_the_configuration_is_named)
 
 #define ROS2 ARM "    ros2:\n      enabled: yes\n"
 
+#define HELD                                                                                       \
+    ARM "    scenes:\n      - name: held\n        constraints:\n"                                  \
+        "          - {name: tip, second: {link: tool0}, hold: point}\n"                            \
+        "          - {name: at tip, second: {link: tool0}, hold: weld}\n"                          \
+        "    ros2:\n      enabled: yes\n      scene: held\n      op: constrained_dynamics\n"
+
 /* Check and start both end with 2 and say so; ":1:2: ..." is in the configuration's file.
  * @param more  other keys of section ros2 */
 static void assert_refused(const char *robots, const char *more, const char *says)
@@ -315,6 +321,24 @@ TEST(errors_stand_where_the_key_is)
          ":8:36: robots[0].ros2.wrenches[0].link: the robot has no link 'hand'"},
         {ROS2 "      wrenches: [{topic: 'f t', link: tool0}]\n",
          ":8:26: robots[0].ros2.wrenches[0].topic: 'f t'"},
+        {ROS2 "      scene: hold\n    scenes: [{name: held}]\n",
+         ":8:14: robots[0].ros2.scene: the robot has no scene 'hold'; nearest: 'held'"},
+        {ROS2 "      scene: held\n", ":8:14: robots[0].ros2.scene: the robot has no scene 'held'; "
+                                     "nearest: none"},
+        {ROS2 "      op: constrained_dynamics\n", ":8:11: robots[0].ros2.op: the robot has no "
+                                                  "constraints; give them to a scene of the robot "
+                                                  "and name it by ros2.scene"},
+        {ROS2 "      op: constrained_dynamics\n      scene: held\n    scenes: [{name: held}]\n",
+         ":8:11: robots[0].ros2.op: the scene has no constraints"},
+        {ROS2 "      active_constraints: contacts\n",
+         ":8:27: robots[0].ros2.active_constraints: forward_dynamics has no constraints; write op: "
+         "constrained_dynamics"},
+        {ROS2 "      constraints: [tip]\n", ":8:20: robots[0].ros2.constraints: forward_dynamics"},
+        {HELD "      constraints: [tip, top]\n",
+         "robots[0].ros2.constraints[1]: the robot has no constraint 'top'; nearest: 'tip'"},
+        {HELD "      active_constraints: a b\n", "robots[0].ros2.active_constraints: 'a b'"},
+        {HELD "      active_constraints: contacts\n",
+         "robots[0].ros2.active_constraints: constraint 'at tip' has a blank in its name"},
         {ROS2 "      unitree: {type: go}\n",
          "robots[0].ros2.unitree.motors: the joint of each motor is needed"},
         {ROS2 "      unitree:\n        type: go\n        motors: [-, -, -, -, -, -, -, -, -, -, "
@@ -337,7 +361,7 @@ TEST(errors_stand_where_the_key_is)
         {"  - name: cart\n    urdf: @/tests/tools/data/cart.urdf\n    ros2:\n      enabled: yes\n",
          ":7:16: robots[0].ros2.enabled: joint 'wheels' has 3 coordinates, a JointState has one "
          "for "
-         "each joint; lock it in a robot of its own or use the totalforce topics"},
+         "each joint; lock it in a scene or use the totalforce topics"},
         {ROS2 "      state_age_ms: 0\n", ":8:21: robots[0].ros2.state_age_ms: '0'"},
         {ROS2 "      domain: 231\n",
          ":8:15: robots[0].ros2.domain: '231' is not a whole number from 0 to 230, or environment"},

@@ -39,6 +39,7 @@ static const struct input {
     {&trajectory_msgs_msg_dds__JointTrajectory__desc, "rt/arm/trajectory"},
     {&nav_msgs_msg_dds__Odometry__desc, "rt/dog/odom"},
     {&geometry_msgs_msg_dds__WrenchStamped__desc, "rt/dog/ft"},
+    {&std_msgs_msg_dds__String__desc, "rt/dog/contacts"},
     {&unitree_go_msg_dds__LowState__desc, "rt/lowstate"},
     {&unitree_hg_msg_dds__LowState__desc, "rt/man/lowstate"},
     {&totalforce_msgs_srv_dds__ForwardDynamics_Request__desc,
@@ -168,7 +169,11 @@ static int serve(void **state)
     encode_samples();
     snprintf(yaml, sizeof yaml,
              "%s" QUADRUPED("dog", "      odometry: odom\n"
-                                   "      wrenches: [{topic: ft, link: FL_foot}]\n")
+                                   "      wrenches: [{topic: ft, link: FL_foot}]\n"
+                                   "      op: constrained_dynamics\n      scene: stand\n"
+                                   "      active_constraints: contacts\n    scenes:\n"
+                                   "      - name: stand\n        constraints:\n"
+                                   "          - {name: FL, second: {link: FL_foot}, hold: point}\n")
                  QUADRUPED("go", "      unitree: {type: go, motors: " MOTORS "}\n")
                      QUADRUPED("man", "      unitree: {type: hg, topic: /man/lowstate, "
                                       "motors: " MOTORS "}\n"),

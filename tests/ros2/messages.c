@@ -67,6 +67,11 @@ PART(pose_with_covariance, geometry_msgs, msg, PoseWithCovariance, SUB(pose, pos
 PART(twist, geometry_msgs, msg, Twist, SUB(linear, vector3), SUB(angular, vector3));
 PART(twist_with_covariance, geometry_msgs, msg, TwistWithCovariance, SUB(twist, twist),
      ARRAY(covariance, DOUBLE, 36));
+PART(transform, geometry_msgs, msg, Transform, SUB(translation, vector3),
+     SUB(rotation, quaternion));
+TOPIC(multi_dof_joint_state, sensor_msgs, msg, MultiDOFJointState, SUB(header, header),
+      SEQ(joint_names, STRING), SUB_SEQ(transforms, transform), SUB_SEQ(twist, twist),
+      SUB_SEQ(wrench, wrench));
 TOPIC(odometry, nav_msgs, msg, Odometry, SUB(header, header), ONE(child_frame_id, STRING),
       SUB(pose, pose_with_covariance), SUB(twist, twist_with_covariance));
 TOPIC(joint_trajectory_point, trajectory_msgs, msg, JointTrajectoryPoint, SEQ(positions, DOUBLE),
@@ -125,10 +130,10 @@ typedef const msg *(*msg_function)(void);
 static const msg_function all[] = {
     time_stamp, duration, header, string, multi_array_dimension, multi_array_layout,
     float64_multi_array, joint_state, vector3, wrench, wrench_stamped, point, quaternion, pose,
-    pose_with_covariance, twist, twist_with_covariance, odometry, joint_trajectory_point,
-    joint_trajectory, key_value, diagnostic_status, diagnostic_array, gid, node_entities_info,
-    participant_entities_info, hg_imu_state, hg_motor_state, hg_low_state, go_imu_state,
-    go_motor_state, go_bms_state, go_low_state,
+    pose_with_covariance, twist, twist_with_covariance, transform, multi_dof_joint_state,
+    odometry, joint_trajectory_point, joint_trajectory, key_value, diagnostic_status,
+    diagnostic_array, gid, node_entities_info, participant_entities_info, hg_imu_state,
+    hg_motor_state, hg_low_state, go_imu_state, go_motor_state, go_bms_state, go_low_state,
 };
 /* clang-format on */
 

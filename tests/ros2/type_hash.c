@@ -90,6 +90,8 @@ TEST(hashes_are_those_that_ros_2_publishes)
          "1025ddc6b9552d191f89ef1a8d2f60f3d373e28b283d8891ddcc974e8c55397f"},
         {"sensor_msgs/msg/JointState",
          "a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e"},
+        {"sensor_msgs/msg/MultiDOFJointState",
+         "4d4ded702cfba7ff3ec783835c1a1425f75e53939a430ff355d1fee4b3bbc40b"},
         {"geometry_msgs/msg/WrenchStamped",
          "8dc3deaf06b2ab281f9f9a742a8961c328ca7cec16e3fd6586d3a5c83fa78f77"},
         {"diagnostic_msgs/msg/DiagnosticArray",

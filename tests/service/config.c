@@ -136,6 +136,8 @@ TEST(values_arrive)
     assert_true(c->robots[0].armature[0].value == 0.25);
 }
 
+#define CONSTRAINT(keys) ROBOT "    scenes: [{name: s, constraints: [{" keys "}]}]\n"
+
 TEST(errors_name_line_and_column)
 {
     static const struct {
@@ -219,6 +221,29 @@ TEST(errors_name_line_and_column)
         {ROBOT "    scenes: [{name: s, payload: [{link: a, mass: 1, com: [1]}]}]\n", ":4:", "3"},
         {ROBOT "    scenes: [{name: s, locked: [{joint: a, pose: [1, 2, 3, 4]}]}]\n",
          ":4:50: ", "planar joints take 3"},
+        {CONSTRAINT("second: {link: a}, hold: x"),
+         ":4:38: ", "constraints[0]: the key 'name' is missing: Name, by which requests call it"},
+        {CONSTRAINT("name: c, hold: x"), ":4:38: ", "the key 'second' is missing"},
+        {CONSTRAINT("name: c, second: {}"), ":4:38: ", "the key 'hold' is missing"},
+        {CONSTRAINT("name: c, second: {}, holds: x"), ":4:60: ", "no key 'holds'; nearest: 'hold'"},
+        {CONSTRAINT("name: c, second: {}, hold: points"), ":4:66: ",
+         "robots[0].scenes[0].constraints[0].hold: 'points' is not one of point, hinge, weld, x, "
+         "y, z, rx, ry, rz"},
+        {CONSTRAINT("name: c, second: {}, hold: [x, w]"), ":4:70: ", "hold[1]: 'w' is not one of"},
+        {CONSTRAINT("name: c, second: {}, hold: []"), ":4:66: ", "a list of 1 to 6 words"},
+        {CONSTRAINT("name: c, second: {}, hold: {x: y}"), ":4:66: ", "a list of 1 to 6 words"},
+        {CONSTRAINT("name: c, second: {xyz: [1, 2]}, hold: x"),
+         ":4:62: ", "second.xyz: 2 given, a list of 3 numbers is expected"},
+        {CONSTRAINT("name: c, second: {rpy: [1, 2, x]}, hold: x"),
+         ":4:69: ", "second.rpy[2]: 'x' is not a finite number"},
+        {CONSTRAINT("name: c, second: a, hold: x"),
+         ":4:56: ", "keys are expected here ('link: ..."},
+        {CONSTRAINT("name: c, second: {links: a}, hold: x"), ":4:57: ", "nearest: 'link'"},
+        {CONSTRAINT("name: c, second: {}, hold: x, unilateral: 1"),
+         ":4:81: ", "unilateral: '1' is not one of true, false"},
+        {ROBOT "    scenes: [{name: s, actuated: j}]\n", ":4:34: ", "a list of up to 100000 texts"},
+        {ROBOT "    scenes: [{name: s, actuated: [j, ~]}]\n",
+         ":4:38: ", "where a text is expected"},
         {ROBOT "    scenes: [{name: s}]\n  - name: arm.s\n    urdf: " TFA_SOURCE_DIR
                "/config/robots/arm7.urdf\n",
          ":5:11: ", "'arm.s' is already the name of robots[0].scenes[0]"},
@@ -359,7 +384,13 @@ TEST(dump_is_a_fixed_point)
           "floating\n"                                                                             \
           "        gravity: [0, 0, 1]\n"                                                           \
           "        locked: [{joint: j, q: 0.5}, {joint: k, pose: [1, 2, 3]}]\n"                    \
-          "        payload: [{link: l, mass: 2, com: [1, 2, 3], inertia: [1, 0, 0, 1, 0, 1]}]\n"
+          "        payload: [{link: l, mass: 2, com: [1, 2, 3], inertia: [1, 0, 0, 1, 0, 1]}]\n"   \
+          "        constraints:\n"                                                                 \
+          "          - {name: foot, second: {link: l, xyz: [0, 0, 0.1]}, hold: point,\n"           \
+          "             unilateral: true}\n"                                                       \
+          "          - {name: grip, first: {link: a, rpy: [0, 1, 0]}, second: {link: world},\n"    \
+          "             hold: [z, hinge, rx]}\n"                                                   \
+          "        actuated: [j, \"k k\"]\n"
 
 TEST(scenes_arrive)
 {
@@ -379,6 +410,17 @@ TEST(scenes_arrive)
     assert_true(part->locked[1].pose[2] == 3);
     assert_true(part->payload[0].mass == 2 && part->payload[0].com[1] == 2);
     assert_int_equal(part->payload[0].inertia_count, 6);
+    const config_constraint *foot = &part->constraints[0], *grip = &part->constraints[1];
+    assert_int_equal(part->constraints_count, 2);
+    assert_string_equal(foot->name, "foot");
+    assert_null(foot->first.link);
+    assert_string_equal(foot->second.link, "l");
+    assert_int_equal(foot->first.xyz_count + foot->first.rpy_count + foot->second.rpy_count, 0);
+    assert_true(foot->second.xyz[2] == 0.1 && foot->unilateral && !grip->unilateral);
+    assert_int_equal(config_constraint_rows(foot), TFA_CONSTRAINT_POINT);
+    assert_true(grip->first.rpy[1] == 1);
+    assert_int_equal(config_constraint_rows(grip), TFA_CONSTRAINT_HINGE);
+    assert_string_equal(part->actuated[1], "k k");
     SCOPED_TEXT *first = dump(c);
     SCOPED_CONFIG *again = loaded(first);
     SCOPED_TEXT *second = dump(again);

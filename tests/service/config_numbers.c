@@ -101,7 +101,9 @@ static void write_table(file_writer *w, const config_table *table, bool chosen, 
         if (!row->required && !here)
             continue;
         fprintf(w->out, "%*s%s: ", indent, "", row->key);
-        if (row->table) {
+        if (row->kind == CONFIG_GROUP && !here) {
+            fputs("{}\n", w->out); /* no key in it is required */
+        } else if (row->table) {
             fprintf(w->out, row->kind == CONFIG_LIST ? "\n%*s-\n" : "\n", indent, "");
             write_table(w, row->table, here, level + 1, indent + 2);
         } else {

@@ -84,7 +84,7 @@ TEST(writes_garbage)
         if (i & 4)
             line->count %= 3, line->tip_count %= 10, line->wrench_count &= 7;
         if (i & 8)
-            line->payload_count %= 6, line->locked_count %= 9;
+            line->payload_count %= 6, line->locked_count %= 9, line->constraints &= 7;
         if (i & 16)
             line->flags &= TFA_WANT_ALL;
         const uint64_t id = line->id;

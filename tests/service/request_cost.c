@@ -30,9 +30,9 @@ static int by_value(const void *a, const void *b)
 TEST(kinds_differ)
 {
     static const uint32_t refine[] = {0, 1, 2, 3, TFA_REFINE_DEFAULT};
-    for (uint32_t flag = 0; flag < 14; flag++) {
+    for (uint32_t flag = 0; flag < 15; flag++) {
         tfa_request r = {.op = TFA_OP_FORWARD_DYNAMICS, .count = 1};
-        r.flags = flag < 13 ? 1u << flag : 0;
+        r.flags = flag < 14 ? 1u << flag : 0;
         for (size_t k = 0; k < sizeof refine / sizeof *refine; k++) {
             r.refine = refine[k];
             for (r.estimate = 0; r.estimate <= TFA_ESTIMATE_ALWAYS; r.estimate++)

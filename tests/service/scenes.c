@@ -9,6 +9,7 @@
 
 #include <signal.h>
 #include <sys/wait.h>
+#include <totalforce/constraints.h>
 #include <totalforce/description.h>
 #include <totalforce/modes.h>
 
@@ -171,6 +172,42 @@ TEST(modes_are_served)
     assert_serves(&h, "arm.bent", changed);
 }
 
+/* ---- constraints ---- */
+
+/* Of the file and of the scene; a reload may change them. */
+TEST(constraints_are_served)
+{
+    static const double xyz[3] = {0, 0, 0.1}, rpy[3] = {0, 0.5, 0};
+    static const char *const actuated[] = {"joint_2", "joint_4"};
+    tfa_constraint foot = {
+        .name = "foot", .link = {"world", "tool0"}, .rows = 0x0f, .unilateral = 1};
+    tfa_constraint_set_pose(foot.pose[0], NULL, rpy);
+    tfa_constraint_set_pose(foot.pose[1], xyz, NULL);
+    foot.link[0] = NULL;
+    tfa_scene scene = {.constraints = &foot, .constraint_count = 1};
+    const tfa_model_options options = {.scene = &scene};
+    SCOPED_MODEL *whole = compile(ARM_FILE, NULL);
+    SCOPED_MODEL *held = compile(ARM_FILE, &options);
+    scene.actuated = actuated;
+    scene.actuated_count = 2;
+    SCOPED_MODEL *driven = compile(ARM_FILE, &options);
+    SCOPED_HARNESS h = harness_serve(
+        ARM "    scenes:\n      - name: held\n        constraints:\n"
+            "          - {name: foot, first: {rpy: [0, 0.5, 0]}, hold: [point, rx],\n"
+            "             second: {link: tool0, xyz: [0, 0, 0.1]}, unilateral: true}\n"
+            "      - {name: driven, actuated: [joint_2, joint_4], constraints: [{name: foot, \n"
+            "         first: {link: world, rpy: [0, 0.5, 0]}, hold: [x, y, z, rx], \n"
+            "         second: {link: tool0, xyz: [0, 0, 0.1]}, unilateral: yes}]}\n",
+        "");
+    assert_serves(&h, "arm", whole);
+    assert_serves(&h, "arm.held", held);
+    assert_serves(&h, "arm.driven", driven);
+    assert_int_equal(harness_log_lines(&h, "shares its constants"), 0);
+    harness_reload(&h, ARM "    scenes: [{name: held}, {name: driven, actuated: [joint_2]}]\n", "");
+    assert_true(harness_logged(&h, "reload: done, 2 of 3"));
+    assert_serves(&h, "arm.held", whole);
+}
+
 /* ---- mistakes ---- */
 
 /* A start and --check say the same. */
@@ -190,6 +227,14 @@ TEST(mistakes_are_named)
          "c.yaml:5:41: robot 'arm', scene 's': no joint 'joint1'; nearest: 'joint_"},
         {ARM "    scenes: [{name: s, locked: [{joint: joint_1, pose: [1, 2, 3]}]}]\n",
          "joint 'joint_1' stands at one `q`"},
+        {ARM "    scenes: [{name: s, constraints: [{name: c, hold: x, second: {link: tol0}}]}]\n",
+         "c.yaml:5:72: robot 'arm', scene 's': no link 'tol0'; nearest: 'tool0', "},
+        {ARM "    scenes: [{name: s, constraints: [{name: c, hold: x, second: {}}]}]\n",
+         "constraint 'c': both frames are of the world"},
+        {ARM "    scenes: [{name: s, actuated: [joint_1, joint_8]}]\n",
+         "c.yaml:5:44: robot 'arm', scene 's': no joint 'joint_8'; nearest: 'joint_"},
+        {ARM "    scenes: [{name: s, actuated: [flange_joint]}]\n",
+         "joint 'flange_joint': the scene says that it is actuated, but it is fixed in the file"},
         {ARM "    armature: [{joint: joint_8, value: 1}]\n",
          "c.yaml:5:24: robot 'arm': no joint 'joint_8'; nearest: 'joint_"},
         {ARM "    scenes: [{name: s, payload: [{link: tool0, mass: 1, inertia: [1, 0, 0, 1, 0, "

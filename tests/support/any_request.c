@@ -10,6 +10,7 @@
 #include "wait.h"
 
 double any_numbers[8][ANY_COUNT], any_pose[ANY_BATCH * 7];
+static double weights[ANY_COUNT];
 
 __attribute__((constructor)) static void fill_numbers(void)
 {
@@ -23,6 +24,27 @@ __attribute__((constructor)) static void fill_numbers(void)
         const double pose[7] = {0.1 * (double)i, 0.2, 0.3, 0.6, 0, 0, 0.8};
         memcpy(any_pose + 7 * i, pose, sizeof pose);
     }
+    for (int i = 0; i < ANY_COUNT; i++)
+        weights[i] = 0.5 + i % 7;
+}
+
+/* Flags that an op refuses */
+static uint32_t unanswered(tfa_op op)
+{
+    return (TFA_OP_BIT(op) & TFA_OPS_MOTION ? 0 : TFA_WANT_JOINT_FORCES) |
+           (TFA_OP_BIT(op) & TFA_OPS_CONSTRAINED_SOLVE ? 0 : TFA_WANT_DELASSUS) |
+           (TFA_OP_BIT(op) & TFA_OPS_CONSTRAINED ? TFA_WANT_OF_SOLVE : 0);
+}
+
+static void set_constraints(tfa_request *r, unsigned i, unsigned choice,
+                            const tfa_client_info *info)
+{
+    static const double gains[2] = {100, 20};
+    const uint32_t all = tfa_all_constraints(info->constraint_count);
+    r->constraints = choice % 8 == 7 ? 0 : i % 83 == 81 ? all + 1 : choice % 3 == 1 ? all & 1 : all;
+    r->constraint_acceleration = choice % 5 == 1 ? NULL : any_numbers[6];
+    r->stabilisation = choice % 4 == 3 ? gains : NULL;
+    r->torque_weights = choice % 2 ? weights : NULL;
 }
 
 tfa_request any_request(unsigned i, const tfa_client_info *info)
@@ -31,14 +53,14 @@ tfa_request any_request(unsigned i, const tfa_client_info *info)
                                                           0,   0.02, 0, 0.03, 2},
                                   moon[3] = {0, 0.1, -1.62}, threshold[1] = {1e-4};
     static _Thread_local uint32_t joints[1];
-    const unsigned op = i % 10, flag = i / 10 % 15, choice = i / 150;
-    tfa_request r = {.op = (tfa_op)op, /* 0 and 9 are none */
+    const unsigned op = i % 13, flag = i / 13 % 16, choice = i / 208;
+    tfa_request r = {.op = (tfa_op)op, /* 0 is none */
                      .method = (tfa_method)(choice % 3 ? 0 : (i / 7) % 18),
                      .estimate = (tfa_estimate)(choice / 2 % 4),
                      .frame = (tfa_reference_frame)(choice % 3),
                      .refine = choice % 5 == 4 ? 2 : TFA_REFINE_DEFAULT,
                      .flags = flag == 0    ? 0
-                              : flag == 14 ? TFA_WANT_ALL & ~(op == 1 ? 0 : TFA_WANT_JOINT_FORCES)
+                              : flag == 15 ? TFA_WANT_ALL & ~unanswered((tfa_op)op)
                                            : 1u << (flag - 1),
                      .count = choice % 2 ? ANY_BATCH : 1,
                      .rows = (tfa_rows)(choice / 3 % 2),
@@ -68,16 +90,18 @@ tfa_request any_request(unsigned i, const tfa_client_info *info)
     r.payload_frames[0] = info->frame_count - 1;
     r.payload_frames[1] = info->frame_count / 2;
     joints[0] = info->joint_count / 2;
-    if (!(TFA_OP_BIT(op) & TFA_OPS_MOTION) && choice % 4) /* one refusal of four is enough */
-        r.flags &= ~TFA_WANT_JOINT_FORCES;
+    if (choice % 4) /* one refusal of four is enough */
+        r.flags &= ~unanswered((tfa_op)op);
+    set_constraints(&r, i, choice, info);
     return r;
 }
 
 any_answers any_answers_make(const tfa_client_info *info)
 {
-    const size_t n = info->v_count + info->base_freedoms, rows = 12, frames = 7 * info->frame_count;
-    const size_t most = n * (n > rows ? n : rows) > frames ? n * (n > rows ? n : rows) : frames;
-    const size_t words = ANY_BATCH * (most > rows * rows ? most : rows * rows);
+    const size_t n = info->v_count + info->base_freedoms, closed = 6 * info->constraint_count,
+                 rows = closed > 12 ? closed : 12, wide = n > rows ? n : rows,
+                 frames = 7 * info->frame_count;
+    const size_t words = ANY_BATCH * (wide * wide > frames ? wide * wide : frames);
     any_answers a = {.bytes = TFA_WIRE_REPLY_BLOCKS * words * sizeof(double)};
     a.numbers = calloc(1, a.bytes);
     assert_non_null(a.numbers);
@@ -144,7 +168,7 @@ void any_compare_mistakes(const any_client *c)
     static double q[ANY_COUNT], loads[2 * TFA_PAYLOAD_NUMBERS];
     const double bad_pose[14] = {0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 0, 0, 0, 1};
     const uint32_t stranger = c->info->joint_count;
-    tfa_request good = any_request(151, c->info), r; /* forward dynamics of a batch */
+    tfa_request good = any_request(209, c->info), r; /* forward dynamics of a batch */
     good.estimate = TFA_ESTIMATE_ALWAYS;
     good.count = 2;
     good.tip_count = good.wrench_count = 0;
@@ -197,6 +221,8 @@ void any_compare_mistakes(const any_client *c)
     REFUSED(TFA_E_JOINT, r.locked_count = 1; r.locked = &stranger);
     REFUSED(TFA_E_METHOD, r.method = TFA_METHOD_CRBA);
     REFUSED(TFA_E_UNSUPPORTED, r.op = TFA_OP_MASS_MATRIX);
+    REFUSED(TFA_E_SIZE, r.op = TFA_OP_IMPACT; r.constraints = 0);
+    REFUSED(TFA_E_ARGUMENT, r.op = TFA_OP_IMPACT; r.constraints = 1u << c->info->constraint_count);
 #undef REFUSED
 }
 
@@ -207,6 +233,7 @@ void any_check_info(const tfa_client_info *info, const tfa_model *model)
     assert_int_equal(info->base_freedoms, tfa_model_base_freedoms(model));
     assert_int_equal(info->joint_count, tfa_model_joint_count(model));
     assert_int_equal(info->frame_count, tfa_model_frame_count(model));
+    assert_int_equal(info->constraint_count, tfa_model_constraint_count(model));
     assert_string_equal(info->model_hash, tfa_model_hash_text(model));
     for (uint32_t i = 0; i < info->joint_count; i++) {
         assert_string_equal(info->joint_names[i], tfa_model_joint(model, i).name);
@@ -215,4 +242,6 @@ void any_check_info(const tfa_client_info *info, const tfa_model *model)
     }
     for (uint32_t i = 0; i < info->frame_count; i++)
         assert_string_equal(info->frame_names[i], tfa_model_frame(model, i).name);
+    for (uint32_t i = 0; i < info->constraint_count; i++)
+        assert_string_equal(info->constraint_names[i], tfa_model_constraint(model, i).name);
 }

@@ -12,8 +12,8 @@
 #include <totalforce/dynamics.h>
 
 #define ANY_BATCH 3
-#define ANY_REQUESTS (150 * 42)
-#ifdef TFA_INSTRUMENTED /* and slower; 7 has no factor in common with 150 */
+#define ANY_REQUESTS (208 * 42)
+#ifdef TFA_INSTRUMENTED /* and slower; 7 has no factor in common with 208 */
 #define ANY_STEP(step) (7 * (step))
 #else
 #define ANY_STEP(step) (step)

@@ -147,6 +147,33 @@ static int open_model(test_robot *robot, tfa_report *report, bool own)
     return 1;
 }
 
+void fixture_constrained(const test_robot *robot, void (*law)(test_robot *constrained))
+{
+    const uint32_t frames = tfa_model_frame_count(robot->model);
+    const char *const last = tfa_model_frame(robot->model, frames - 1).name;
+    const tfa_constraint constraints[] = {
+        {.name = "ground", .link = {NULL, last}, .rows = TFA_CONSTRAINT_POINT, .unilateral = 1},
+        {.name = "rod",
+         .link = {tfa_model_frame(robot->model, frames / 2).name, last},
+         .pose = {{0.1, 0.2, 0, 0, 0.6, 0, 0.8}, {0, 0.1, 0.3, 0, 0, 0, 1}},
+         .rows = TFA_CONSTRAINT_HINGE},
+    };
+    for (uint32_t count = 2; count > 0; count--) {
+        const tfa_scene scene = {.constraints = constraints, .constraint_count = count};
+        const tfa_model_options options = {.base = robot->base, .scene = &scene};
+        tfa_report report = {0};
+        test_robot constrained = *robot;
+        const int status =
+            tfa_model_create(robot->description, &options, &report, &constrained.model);
+        tfa_report_free(&report);
+        if (status != TFA_OK)
+            continue; /* links that do not move against each other */
+        law(&constrained);
+        tfa_model_free(constrained.model);
+        return;
+    }
+}
+
 void fixture_open_description(const char *name, tfa_description *d, tfa_base base,
                               test_robot *robot)
 {

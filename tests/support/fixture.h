@@ -40,6 +40,10 @@ void fixture_open_description(const char *name, tfa_description *d, tfa_base bas
 void fixture_open_trees(uint64_t seed, test_robot *robot);
 void fixture_close(test_robot *robot);
 
+/** Calls `law` for the robot with two constraints, from the world to its last link and between its
+ *  last and its middle link, as far as the library takes them; its workspaces have none. */
+void fixture_constrained(const test_robot *robot, void (*law)(test_robot *constrained));
+
 /** A workspace in memory full of NaN: what is read before it is written spoils the answer.
  * Release with tfa_workspace_free. */
 tfa_workspace *fixture_workspace(const tfa_model *model, tfa_precision precision);

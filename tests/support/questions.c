@@ -3,6 +3,7 @@
  */
 #include "questions.h"
 
+#include "interface/fields.h"
 #include "test.h"
 
 #define NEVER TFA_ESTIMATE_NEVER
@@ -14,6 +15,9 @@
 #define TASK .op = TFA_OP_TASK_TORQUES
 #define DERIVATIVES .op = TFA_OP_DERIVATIVES
 #define ID_DERIVATIVES .op = TFA_OP_INVERSE_DYNAMICS_DERIVATIVES
+#define CONSTRAINED .op = TFA_OP_CONSTRAINED_DYNAMICS
+#define IMPACT .op = TFA_OP_IMPACT
+#define CONSTRAINED_ID .op = TFA_OP_CONSTRAINED_INVERSE_DYNAMICS
 #define FORCES(where) .flags = TFA_WANT_JOINT_FORCES, .frame = TFA_FRAME_##where
 
 const question questions[] = {
@@ -74,6 +78,19 @@ const question questions[] = {
     {"lambda by scan", LAMBDA, USUAL, .tips = 1, .method = TFA_METHOD_SCAN},
     {"lambda, estimated", LAMBDA, USUAL, .tips = 1, .estimate = ALWAYS},
     {"lambda, refined", LAMBDA, .refine = 1, .tips = 1},
+    {"constrained", CONSTRAINED, USUAL, .flags = TFA_WANT_DELASSUS},
+    {"constrained, at rest", CONSTRAINED, USUAL, .resting = true},
+    {"constrained, with wrenches", CONSTRAINED, USUAL, .wrenches = true},
+    {"constrained, with a payload", CONSTRAINED, USUAL, .payload = true},
+    {"constrained, with a locked joint", CONSTRAINED, USUAL, .locked = true},
+    {"constrained, with a tip", CONSTRAINED, USUAL, .tips = 1, .flags = TFA_WANT_POSES},
+    {"constrained, estimated", CONSTRAINED, USUAL, .estimate = ALWAYS},
+    {"constrained, by crba", CONSTRAINED, USUAL, .method = TFA_METHOD_CRBA},
+    {"impact", IMPACT, USUAL, .flags = TFA_WANT_DELASSUS},
+    {"impact by crba", IMPACT, USUAL, .method = TFA_METHOD_CRBA},
+    {"impact, with a payload", IMPACT, USUAL, .payload = true},
+    {"constrained inverse dynamics", CONSTRAINED_ID, USUAL},
+    {"the same with wrenches", CONSTRAINED_ID, USUAL, .wrenches = true},
 };
 const size_t question_count = sizeof questions / sizeof *questions;
 
@@ -83,6 +100,9 @@ static const uint32_t first_joint[] = {0};
 
 bool question_fits(const test_robot *robot, const question *q)
 {
+    const bool constrained = (TFA_OP_BIT(q->op) & TFA_OPS_CONSTRAINED) != 0;
+    if (constrained != (tfa_model_constraint_count(robot->model) != 0))
+        return false;
     random_states *x = random_states_create(1, robot->description, robot->o, 1, 1);
     const tfa_request r = question_request(robot, q, x, 1);
     tfa_reply reply = {0};
@@ -109,6 +129,7 @@ tfa_request question_request(const test_robot *robot, const question *q, const r
         r.tips[t] = frames > 1 + t ? frames - 1 - t : 0;
     if (q->op == TFA_OP_TASK_TORQUES)
         r.task_acceleration = x->wrenches; /* as many numbers for each tip */
+    r.constraints = tfa_all_constraints(tfa_model_constraint_count(robot->model));
     if (!q->wrenches)
         r.wrench_count = 0;
     if (q->resting)
@@ -136,8 +157,10 @@ answers *answers_create(const test_robot *robot, uint32_t count)
     a->n = robot->n;
     a->nv = robot->nv;
     a->frames = tfa_model_frame_count(robot->model);
-    a->numbers = 2 * nv + 12 + (size_t)36 * MOST_TIPS * MOST_TIPS + (1 + DERIVATIVES_EACH) * n * n +
-                 7 * MOST_TIPS + 6 * (size_t)a->frames;
+    a->closed = 6 * tfa_model_constraint_count(robot->model);
+    a->numbers = 2 * nv + 12 + (size_t)a->closed * (4 + a->closed) +
+                 (size_t)36 * MOST_TIPS * MOST_TIPS + (1 + DERIVATIVES_EACH) * n * n +
+                 7 * MOST_TIPS + 6 * (size_t)a->frames + nv + 6;
     a->memory = malloc(k * a->numbers * sizeof(double));
     a->each = malloc(k * sizeof *a->each);
     double *at = a->memory;
@@ -149,7 +172,10 @@ answers *answers_create(const test_robot *robot, uint32_t count)
     a->mass_matrix = at += k * 36 * MOST_TIPS * MOST_TIPS;
     a->poses = at += k * n * n;
     a->joint_forces = at += k * 7 * MOST_TIPS;
-    a->derivatives = at + 6 * k * a->frames;
+    a->derivatives = at += 6 * k * a->frames;
+    a->constraints = at += DERIVATIVES_EACH * k * n * n;
+    a->v = at += (size_t)a->closed * (4 + a->closed) * k;
+    a->base_twist = at + k * nv;
     return a;
 }
 
@@ -164,6 +190,8 @@ tfa_reply answers_reply(const answers *a, uint32_t k, uint32_t tips)
 {
     const size_t square = (size_t)a->n * a->n, all = square * a->count;
     double *const derivatives = a->derivatives + square * k;
+    const size_t of_constraints = (size_t)a->closed * a->count;
+    double *const constraints = a->constraints + (size_t)a->closed * k;
     return (tfa_reply){.qdd = a->qdd + (size_t)k * a->nv,
                        .tau = a->tau + (size_t)k * a->nv,
                        .base_acceleration = a->base_acceleration + 6 * (size_t)k,
@@ -177,6 +205,14 @@ tfa_reply answers_reply(const answers *a, uint32_t k, uint32_t tips)
                        .dqdd_dtau = derivatives + 2 * all,
                        .dtau_dq = derivatives + 3 * all,
                        .dtau_dv = derivatives + 4 * all,
+                       .constraint_wrenches = constraints,
+                       .constraint_position = constraints + of_constraints,
+                       .constraint_velocity = constraints + 2 * of_constraints,
+                       .constraint_residual = constraints + 3 * of_constraints,
+                       .delassus =
+                           a->constraints + 4 * of_constraints + (size_t)a->closed * a->closed * k,
+                       .v = a->v + (size_t)k * a->nv,
+                       .base_twist = a->base_twist + 6 * (size_t)k,
                        .answers = a->each + k};
 }
 

@@ -31,10 +31,11 @@ tfa_request question_request(const test_robot *robot, const question *q, const r
 
 /** All that a workspace answers about up to `count` states; what nothing was written to is NaN. */
 typedef struct answers {
-    uint32_t count, n, nv, frames;
+    uint32_t count, n, nv, frames, closed; /**< closed: six for each constraint of the robot */
     size_t numbers; /**< of one state */
     double *qdd, *tau, *base_acceleration, *base_wrench, *lambda_inv, *mass_matrix, *poses;
     double *joint_forces;
+    double *constraints, *v, *base_twist;
     double *derivatives; /**< dqdd/dq of all states, dqdd/dv, dqdd/dtau, dtau/dq, dtau/dv */
     tfa_answer *each;
     double *memory;

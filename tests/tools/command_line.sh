@@ -117,6 +117,28 @@ status 2 "$tool" solve "$flexible.urdf" --modes "$work/wrong.yaml"
 says "$work/err" "wrong.yaml:12: error: column 9: links.upper_beam.modes[0]: there is no key 'mas'; write "
 status 2 "$tool" model "$flexible.urdf" --modes "$work/absent.yaml" --json
 says "$work/out" '"text": "file: cannot be read: No such file or directory"'
+# closed loops, contacts, motors
+arm7=$data/../../../config/robots/arm7.urdf
+cat >"$work/foot.yaml" <<'END'
+constraints:
+  - {name: foot, second: {link: tool0}, hold: [point, rz], unilateral: true}
+  - {name: grip, first: {link: link_3}, second: {link: link_7}, hold: hinge}
+END
+echo 'actuated: [joint_1, joint_3]' >"$work/motors.yaml"
+status 0 "$tool" model "$arm7" --constraints "$work/foot.yaml" --constraints "$work/motors.yaml"
+says "$work/out" "  actuated: joint_1 joint_3"
+says "$work/out" "      0  foot                     x y z rz  (world) - tool0  unilateral"
+says "$work/out" "      1  grip                     hinge  link_3 - link_7"
+status 0 "$tool" model "$arm7" --constraints "$work/foot.yaml" --json
+says "$work/out" '"actuated": null'
+says "$work/out" '"unilateral": true'
+sed 's/hinge/hing/' "$work/foot.yaml" >"$work/wrong.yaml"
+status 2 "$tool" solve "$arm7" --constraints "$work/wrong.yaml"
+says "$work/err" "wrong.yaml:3: error: column 71: constraints[1].hold: 'hing' is not one of point, hinge, weld"
+status 2 "$tool" model "$arm7" --constraints "$work/absent.yaml"
+says "$work/err" "cannot be read: No such file or directory"
+status 2 "$tool" model "$arm7" --constraints "$work/foot.yaml" --advise - --tolerance 0.1
+says "$work/err" "leave out --constraints"
 status 3 "$tool" call arm --mimic project
 status 2 "$tool" solve "$work/absent.urdf"
 says "$work/err" "absent.urdf"

@@ -4,6 +4,7 @@
  * libFuzzer target: any bytes as a line. What is accepted is finite and within the robot's sizes,
  * what is refused has a sentence, and either reply is JSON.
  */
+#include "interface/fields.h"
 #include "jsonl/jsonl.h"
 
 #include <math.h>
@@ -14,6 +15,7 @@ static const char *const joints[] = {"hinge", "plane", "free"};
 static const uint32_t types[] = {TFA_JOINT_REVOLUTE, TFA_JOINT_PLANAR, TFA_JOINT_FLOATING};
 static const uint32_t modes[] = {1, 1, 0};
 static const char *const links[] = {"base", "tip"};
+static const char *const constraints[] = {"loop", "foot"};
 static const tfa_client_info robots[] = {
     {.q_count = 11,
      .v_count = 10,
@@ -21,7 +23,9 @@ static const tfa_client_info robots[] = {
      .frame_count = 2,
      .joint_names = joints,
      .joint_types = types,
-     .frame_names = links},
+     .frame_names = links,
+     .constraint_count = 2,
+     .constraint_names = constraints},
     {.q_count = 1,
      .v_count = 1,
      .base_freedoms = 6,
@@ -76,6 +80,19 @@ static void check_task(const tfa_request *request)
         require(isfinite(request->task_acceleration[i]));
 }
 
+/* Constraints that exist; finite accelerations, gains and weights. */
+static void check_constraints(const tfa_request *request, const tfa_names *names)
+{
+    require((request->constraints & ~tfa_all_constraints(names->constraint_count)) == 0);
+    const size_t count = tfa_constraint_numbers(request);
+    for (size_t i = 0; request->constraint_acceleration && i < count; i++)
+        require(isfinite(request->constraint_acceleration[i]));
+    for (size_t i = 0; request->stabilisation && i < 2; i++)
+        require(isfinite(request->stabilisation[i]));
+    for (size_t i = 0; request->torque_weights && i < names->v_count; i++)
+        require(isfinite(request->torque_weights[i]));
+}
+
 static void check_request(const tfa_request *request, const tfa_names *names)
 {
     require(request->count == 1 && request->tip_count <= TFA_MAX_TIPS);
@@ -91,6 +108,7 @@ static void check_request(const tfa_request *request, const tfa_names *names)
         require(isfinite(request->payloads[i]));
     check_joints(request->locked, request->locked_count, names);
     check_task(request);
+    check_constraints(request, names);
 }
 
 static void answer_line(const tfa_client_info *info, const char *line, size_t size)

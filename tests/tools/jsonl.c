@@ -139,15 +139,15 @@ TEST(test_refused_by_an_arm)
 {
     static const char ops[] =
         "there are forward_dynamics, inverse_dynamics, operational_inertia, "
-        "mass_matrix, kinematics, bias, task_torques, derivatives, inverse_dynamics_derivatives";
+        "mass_matrix, kinematics, bias, task_torques, derivatives, inverse_dynamics_derivatives, "
+        "constrained_dynamics, impact, constrained_inverse_dynamics";
     char text[512];
     for (size_t i = 0; i < sizeof refused_by_an_arm / sizeof refused_by_an_arm[0]; i++)
         refuse(&arm, refused_by_an_arm[i].line, refused_by_an_arm[i].status,
                refused_by_an_arm[i].text);
     snprintf(text, sizeof text, "op: missing; %s", ops);
     refuse(&arm, "{" Q "}", TFA_E_ARGUMENT, text);
-    snprintf(text, sizeof text, "op: no 'jump'; nearest: 'bias', 'kinematics', 'mass_matrix'; %s",
-             ops);
+    snprintf(text, sizeof text, "op: no 'jump'; nearest: 'bias', 'impact', 'kinematics'; %s", ops);
     refuse(&arm, "{\"op\":\"jump\"," Q "}", TFA_E_ARGUMENT, text);
     snprintf(text, sizeof text, "op: a number, must be a string; %s", ops);
     refuse(&arm, "{\"op\":1," Q "}", TFA_E_ARGUMENT, text);

@@ -26,6 +26,16 @@ const tfa_client_info boom = {.q_count = 3,
                               .mode_count = 3,
                               .mode_frames = boom_modes};
 
+static const char *const closed_constraints[] = {"loop", "foot"};
+const tfa_client_info closed = {.q_count = 3,
+                                .v_count = 3,
+                                .joint_count = 3,
+                                .frame_count = 4,
+                                .joint_names = arm_joints,
+                                .frame_names = arm_links,
+                                .constraint_count = 2,
+                                .constraint_names = closed_constraints};
+
 static const char *const ship_joints[] = {"mast", "deck", "boat"};
 static const uint32_t ship_types[] = {TFA_JOINT_REVOLUTE, TFA_JOINT_PLANAR, TFA_JOINT_FLOATING};
 static const char *const ship_links[] = {"hull", "sail", "crate", "dinghy"};

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * One JSON line read for one of two small robots, for the tests of the reader.
+ * One JSON line read for one of some small robots, for the tests of the reader.
  */
 #ifndef TFA_TESTS_JSONL_LINE_H
 #define TFA_TESTS_JSONL_LINE_H
@@ -12,6 +12,8 @@
 extern const tfa_client_info arm;
 /** The same with two modes of link upper and one of link lower. */
 extern const tfa_client_info boom;
+/** The arm with the constraints "loop" and "foot". */
+extern const tfa_client_info closed;
 /** A floating base that carries a revolute joint, a planar joint and a floating joint. */
 extern const tfa_client_info ship;
 

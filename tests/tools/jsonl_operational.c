@@ -17,7 +17,7 @@
 #define SIX "[1,2,3,4,5,6]"
 #define WORDS                                                                                      \
     "there are jacobian, bias_acceleration, twist, pose, poses, com, momentum, energy, lambda, "   \
-    "mu, p, spectrum, joint_forces"
+    "mu, p, spectrum, joint_forces, delassus"
 
 static const struct {
     const char *line;
@@ -105,7 +105,7 @@ TEST(test_wanted)
     read_line(&r, &arm, line, sizeof line - 1);
     assert_int_equal(r.status, TFA_OK);
     const tfa_request *q = &r.request;
-    assert_int_equal(q->flags, TFA_WANT_ALL);
+    assert_int_equal(q->flags, TFA_WANT_ALL & ~TFA_WANT_DELASSUS);
     assert_int_equal(q->rows, TFA_ROWS_POINT);
     assert_int_equal(q->rank_loss, TFA_RANK_DAMP);
     assert_true(q->rank_threshold && *q->rank_threshold == 1e-3);

@@ -56,9 +56,9 @@ find "$pages" -maxdepth 1 -name 'totalforce-*.1' | wc -l >"$work/count"
 
 # keys: the rows of the table in the source against the last words of the paths in the page
 sed -n 's/^    {"\([a-z_0-9]*\)", CONFIG_.*/\1/p' "$root/service/config/config_table.c" |
-    sort >"$work/rows"
+    sort -u >"$work/rows"
 sed -n '/^.SH KEYS/,$s/^\.B \(.*\.\)*\([a-z_0-9]*\)$/\2/p' "$pages/totalforced.yaml.5" |
-    sed 's/.*\.//' | sort >"$work/keys"
+    sed 's/.*\.//' | sort -u >"$work/keys"
 diff "$work/rows" "$work/keys" || fail "totalforced.yaml.5: keys differ from the table"
 # names of keys that bear a unit, and their units
 "$bin/totalforced" --print-keys | awk -F '\t' '

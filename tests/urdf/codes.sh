@@ -15,7 +15,7 @@ sed -n '/^| code /,/^#/p' "$document" | sed -n 's/^| \(`[^|]*`\) |.*/\1/p' |
     grep -o '`[a-z-]*`' | tr -d '`' | sort -u >"$work/document"
 cat $(find "$@" -name '*.expect') | sed -n 's/.* \[\([a-z-]*\)\]$/\1/p' | sort -u >"$work/expected"
 # What no URDF can cause: a robot or an option that a program made, faults behind other checks, and
-# faults of files of modes (tests/modes).
+# faults of side files (tests/modes).
 cat >"$work/program" <<'END'
 bad-base
 bad-gravity
@@ -23,6 +23,7 @@ bad-policy
 bad-quaternion
 bad-snap
 bad-type
+constraints
 internal
 modes
 no-root

@@ -5,6 +5,9 @@
  */
 #include "faults.h"
 
+/* Two links and a joint between them; loop joints on line 5 */
+#define LOOPED(loops) ROBOT(LINK("a") LINK("b") JOINT("j", "continuous", "a", "b", "") loops "\n")
+
 const urdf_fault urdf_tree_faults[] = {
     {"one link", ROBOT(LINK("a")), TFA_OK, -1, 0, "", ""},
     {"joint of itself",
@@ -159,21 +162,118 @@ const urdf_fault urdf_tree_faults[] = {
      "joint 'j': <axis> inside <limit> is not read: move it into <joint>\n"
      "joint 'j': <mimic> inside <origin> is not read: move it into <joint>"},
     {"loop joint",
-     ROBOT(LINK("a") "<loop_joint name=\"l\" type=\"revolute\"><link1 link=\"a\"/><axis "
-                     "xyz=\"0 0 1\"/></loop_joint>"),
-     TFA_OK, TFA_WARNING, 3, "unsupported-element",
-     "robot: <loop_joint> closes a loop and is not read: the robot is open there, with other "
-     "freedoms and forces; elements like it: 1"},
+     LOOPED("<loop_joint name=\"l\" type=\"revolute\"><link1 link=\"a\"/><link2 link=\"b\"/><axis "
+            "xyz=\"0 0 1\"/></loop_joint>"),
+     TFA_OK, TFA_WARNING, 5, "loop-joint",
+     "constraint 'l': <loop_joint> closes a loop; forward_dynamics and other ops answer the open "
+     "tree, constrained_dynamics, impact and constrained_inverse_dynamics apply it; loop joints: "
+     "1"},
+    {"loop joint, link1 twice",
+     LOOPED("<loop_joint name=\"l\" type=\"spherical\"><link1 link=\"a\"/><link1 "
+            "link=\"b\"/></loop_joint>"),
+     TFA_OK, TFA_WARNING, 5, "loop-joint",
+     "constraint 'l': <loop_joint> closes a loop; forward_dynamics and other ops answer the open "
+     "tree, constrained_dynamics, impact and constrained_inverse_dynamics apply it; loop joints: "
+     "1"},
+    {"loop joint to the world",
+     LOOPED("<loop_joint name=\"l\" type=\"fixed\"><link1 link=\"world\"/><link2 "
+            "link=\"b\"/></loop_joint>"),
+     TFA_OK, TFA_WARNING, 5, "loop-joint",
+     "constraint 'l': <loop_joint> closes a loop; forward_dynamics and other ops answer the open "
+     "tree, constrained_dynamics, impact and constrained_inverse_dynamics apply it; loop joints: "
+     "1"},
+    {"loop joint of parent and child",
+     LOOPED("<loop_joint name=\"l\" type=\"continuous\"><parent link=\"a\"/><child "
+            "link=\"b\"/><origin xyz=\"0 0 1\"/></loop_joint>"),
+     TFA_OK, TFA_WARNING, 5, "loop-joint",
+     "constraint 'l': <loop_joint> closes a loop; forward_dynamics and other ops answer the open "
+     "tree, constrained_dynamics, impact and constrained_inverse_dynamics apply it; loop joints: "
+     "1"},
+    {"loop joint without links",
+     LOOPED("<loop_joint name=\"l\" type=\"fixed\" link1=\"a\" link2=\"b\"/>"), TFA_OK, TFA_WARNING,
+     5, "unsupported-element",
+     "constraint 'l': <loop_joint> closes a loop and is not read, it has neither <link1> and "
+     "<link2> nor <parent> and <child>: the robot is open there, with other freedoms and forces"},
+    {"loop joint of another type",
+     LOOPED(
+         "<loop_joint name=\"l\" type=\"3D\"><link1 link=\"a\"/><link2 link=\"b\"/></loop_joint>"),
+     TFA_OK, TFA_WARNING, 5, "unsupported-element",
+     "constraint 'l': <loop_joint> closes a loop and is not read, type \"3D\" is none of fixed, "
+     "revolute, continuous, prismatic, spherical, ball: the robot is open there, with other "
+     "freedoms and forces"},
+    {"loop joint with the axis of the child",
+     LOOPED("<loop_joint name=\"l\" type=\"revolute\"><parent link=\"a\"/><child link=\"b\"/><axis "
+            "xyz=\"0 0 1\" frame=\"child\"/></loop_joint>"),
+     TFA_OK, TFA_WARNING, 5, "unsupported-element",
+     "constraint 'l': <loop_joint> closes a loop and is not read, its axis is along axes of "
+     "\"child\"; write frame=\"parent\": the robot is open there, with other freedoms and forces"},
+    {"loop joint without a name",
+     LOOPED("<loop_joint type=\"fixed\"><link1 link=\"a\"/><link2 link=\"b\"/></loop_joint>"),
+     TFA_E_PARSE, TFA_ERROR, 5, "missing-attribute",
+     "robot: <loop_joint> has no name; add name=\"...\""},
+    {"loop joint without a type",
+     LOOPED("<loop_joint name=\"l\"><link1 link=\"a\"/><link2 link=\"b\"/></loop_joint>"),
+     TFA_E_PARSE, TFA_ERROR, 5, "missing-attribute",
+     "constraint 'l': <loop_joint> has no type; add type=\"...\""},
+    {"loop joint with one link",
+     LOOPED("<loop_joint name=\"l\" type=\"fixed\"><link1 link=\"a\"/></loop_joint>"), TFA_E_PARSE,
+     TFA_ERROR, 5, "missing-element", "constraint 'l': <loop_joint> has no <link2>; add it"},
+    {"loop joint without a child",
+     LOOPED("<loop_joint name=\"l\" type=\"fixed\"><parent link=\"a\"/></loop_joint>"), TFA_E_PARSE,
+     TFA_ERROR, 5, "missing-element", "constraint 'l': <loop_joint> has no <child>; add it"},
+    {"loop joint with a nameless link",
+     LOOPED("<loop_joint name=\"l\" type=\"fixed\"><link1/><link2 link=\"b\"/></loop_joint>"),
+     TFA_E_PARSE, TFA_ERROR, 5, "missing-attribute",
+     "constraint 'l': <link1> has no link; add link=\"...\""},
+    {"loop joint to nowhere",
+     LOOPED("<loop_joint name=\"l\" type=\"fixed\"><link1 link=\"a\"/><link2 "
+            "link=\"c\"/></loop_joint>"),
+     TFA_E_PARSE, TFA_ERROR, 5, "unknown-link",
+     "constraint 'l': link 'c' does not exist; declare it or correct the name"},
+    {"loop joint with a bad origin",
+     LOOPED("<loop_joint name=\"l\" type=\"fixed\"><link1 link=\"a\"/><link2 link=\"b\" xyz=\"0 "
+            "0\"/></loop_joint>"),
+     TFA_E_PARSE, TFA_ERROR, 5, "bad-vector",
+     "constraint 'l': xyz=\"0 0\" of <link2> has 2 numbers; write three with blanks between them"},
+    {"loop joint with a bad number",
+     LOOPED("<loop_joint name=\"l\" type=\"fixed\"><link1 link=\"a\"/><link2 link=\"b\" rpy=\"0 0 "
+            "x\"/></loop_joint>"),
+     TFA_E_PARSE, TFA_ERROR, 5, "bad-number",
+     "constraint 'l': rpy=\"0 0 x\" of <link2>: \"x\" is not a number; write digits, point and "
+     "exponent without blanks or units, such as 1.5e-3"},
+    {"loop joint without an axis",
+     LOOPED("<loop_joint name=\"l\" type=\"revolute\"><link1 link=\"a\"/><link2 link=\"b\"/><axis "
+            "xyz=\"0 0 0\"/></loop_joint>"),
+     TFA_E_PARSE, TFA_ERROR, 5, "zero-axis",
+     "constraint 'l': axis 0 0 0 has no direction; give it a unit vector"},
+    {"loop joint, misspelled",
+     LOOPED("<loop_joint name=\"l\" type=\"revolute\"><link1 link=\"a\"/><link2 link=\"b\"/><axes "
+            "xyz=\"0 0 1\"/></loop_joint>"),
+     TFA_E_PARSE, TFA_ERROR, 5, "misspelled-element",
+     "constraint 'l': <axes> in <loop_joint>: did you mean <axis>?"},
+    {"two loop joints of one name",
+     LOOPED("<loop_joint name=\"l\" type=\"ball\"><link1 link=\"a\"/><link2 "
+            "link=\"b\"/></loop_joint>\n<loop_joint name=\"l\" type=\"ball\"><link1 "
+            "link=\"a\"/><link2 link=\"b\"/></loop_joint>"),
+     TFA_E_PARSE, TFA_ERROR, 6, "duplicate-joint",
+     "constraint 'l': declared before on line 5; rename one"},
+    {"loop joint in a plugin",
+     ROBOT(LINK("a") "<gazebo><plugin><loop_joint name=\"l\"/></plugin></gazebo>"), TFA_OK,
+     TFA_WARNING, 3, "unsupported-element",
+     "robot: <loop_joint> closes a loop and is not read there: the robot is open, with other "
+     "freedoms and forces; move it into <robot>; elements like it: 1"},
     {"included file",
      "<robot name=\"r\" xmlns:xi=\"http://www.w3.org/2001/XInclude\">\n" LINK(
          "a") "<xi:include href=\"arm.urdf\"/></robot>",
      TFA_OK, TFA_WARNING, 3, "unsupported-element",
      "robot: <xi:include> is not followed, what it includes is missing; expand it first: xmllint "
      "--xinclude; elements like it: 1"},
-    {"two loop joints", ROBOT("<loop_joint name=\"l\"/>" LINK("a") "<loop_joint name=\"m\"/>"),
-     TFA_OK, TFA_WARNING, 2, "unsupported-element",
-     "robot: <loop_joint> closes a loop and is not read: the robot is open there, with other "
-     "freedoms and forces; elements like it: 2"},
+    {"two loop joints without links", LOOPED("<loop_joint name=\"l\"/><loop_joint name=\"m\"/>"),
+     TFA_OK, TFA_WARNING, 5, "unsupported-element",
+     "constraint 'l': <loop_joint> closes a loop and is not read, it has neither <link1> and "
+     "<link2> nor <parent> and <child>: the robot is open there, with other freedoms and forces\n"
+     "constraint 'm': <loop_joint> closes a loop and is not read, it has neither <link1> and "
+     "<link2> nor <parent> and <child>: the robot is open there, with other freedoms and forces"},
     {"included file, deep",
      ROBOT("<link name=\"a\"><inertial><xi:include href=\"mass.xml\"/><mass value=\"1\"/>" INERTIA
            "</inertial></link>"),

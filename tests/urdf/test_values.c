@@ -384,3 +384,76 @@ TEST(test_locale_of_c)
         skip();
     }
 }
+
+/* ---- loop joints ---- */
+
+static void assert_near(const double *v, double x, double y, double z, double w)
+{
+    const double want[4] = {x, y, z, w};
+    double dot = 0;
+    for (int k = 0; k < 4; k++)
+        dot += v[k] * want[k];
+    if (fabs(fabs(dot) - 1) > 1e-15)
+        fail_msg("%g %g %g %g is not the rotation %g %g %g %g", v[0], v[1], v[2], v[3], x, y, z, w);
+}
+
+/* z of the frame of a side, in its link */
+static void assert_z(const tfa_constraint *c, int side, double x, double y, double z)
+{
+    const double *q = c->pose[side] + 3;
+    const double have[3] = {2 * (q[0] * q[2] + q[3] * q[1]), 2 * (q[1] * q[2] - q[3] * q[0]),
+                            q[3] * q[3] + q[2] * q[2] - q[0] * q[0] - q[1] * q[1]};
+    if (fabs(have[0] - x) + fabs(have[1] - y) + fabs(have[2] - z) > 1e-15)
+        fail_msg("z is %g %g %g, not %g %g %g", have[0], have[1], have[2], x, y, z);
+}
+
+#define TURNED                                                                                     \
+    "<joint name=\"t\" type=\"continuous\"><parent link=\"a\"/><child link=\"c\"/><origin "        \
+    "rpy=\"1.5707963267948966 0 0\"/></joint>\n"
+
+/* Frames of the file, turned so that z is the axis; both in the same way. */
+TEST(test_loop_joints)
+{
+    const double half = sqrt(0.5);
+    tfa_description *d = parse_urdf(ROBOT(
+        LINK("a") LINK("b") LINK("c") JOINT("j", "continuous", "a", "b", "") TURNED
+        "<loop_joint name=\"drake\" type=\"continuous\"><link1 link=\"b\" xyz=\"1 2 3\" "
+        "rpy=\"0 0 1.5707963267948966\"/><link2 link=\"c\" xyz=\"4 5 6\"/></loop_joint>\n"
+        "<loop_joint name=\"isaac\" type=\"spherical\"><link1 link=\"world\"/><link1 "
+        "link=\"c\" rpy=\"1.5707963267948966 0 0\"/><axis xyz=\"0 0 9\"/></loop_joint>\n"
+        "<loop_joint name=\"fusion\" type=\"revolute\"><parent link=\"b\"/><child link=\"c\"/>"
+        "<parent_origin xyz=\"1 0 0\"/><child_origin xyz=\"0 0 1\"/><axis xyz=\"0 -0.6 -0.8\" "
+        "frame=\"parent\"/></loop_joint>\n"
+        "<loop_joint name=\"slide\" type=\"prismatic\"><parent link=\"b\"/><child link=\"c\"/>"
+        "<origin xyz=\"7 0 0\"/><axis xyz=\"0 0 -1\"/></loop_joint>\n"
+        "<loop_joint name=\"glue\" type=\"fixed\"><link1 link=\"a\"/><link2 link=\"b\"/>"
+        "</loop_joint>\n"));
+    const tfa_constraint *c = d->constraints;
+    assert_int_equal(d->constraint_count, 5);
+    assert_string_equal(c[0].name, "drake");
+    assert_string_equal(c[0].link[0], "b");
+    assert_string_equal(c[0].link[1], "c");
+    assert_int_equal(c[0].rows, TFA_CONSTRAINT_HINGE);
+    assert_int_equal(c[0].line, 7);
+    assert_vector(c[0].pose[0], 1, 2, 3);
+    assert_vector(c[0].pose[1], 4, 5, 6);
+    assert_z(&c[0], 0, 0, 1, 0); /* x of a frame turned about z */
+    assert_z(&c[0], 1, 1, 0, 0);
+    assert_null(c[1].link[0]);
+    assert_int_equal(c[1].rows, TFA_CONSTRAINT_POINT);
+    assert_near(c[1].pose[0] + 3, 0, 0, 0, 1);
+    assert_near(c[1].pose[1] + 3, half, 0, 0, half);
+    assert_int_equal(c[2].rows, TFA_CONSTRAINT_HINGE);
+    assert_vector(c[2].pose[1], 0, 0, 1);
+    assert_z(&c[2], 0, 0, -0.6, -0.8);
+    assert_z(&c[2], 1, 0, -0.8, 0.6); /* c is turned about x against b, at 0 */
+    assert_int_equal(c[3].rows, 0x3b);
+    assert_vector(c[3].pose[0], 7, 0, 0);
+    assert_vector(c[3].pose[1], 0, 0, 0);
+    assert_z(&c[3], 0, 0, 0, -1);
+    assert_int_equal(c[4].rows, TFA_CONSTRAINT_WELD);
+    assert_near(c[4].pose[1] + 3, 0, 0, 0, 1);
+    for (size_t k = 0; k < d->constraint_count; k++)
+        assert_int_equal(c[k].unilateral, 0);
+    tfa_description_free(d);
+}

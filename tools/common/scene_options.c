@@ -26,6 +26,7 @@ enum {
     KEY_PAYLOAD,
     KEY_SNAP,
     KEY_MODES,
+    KEY_CONSTRAINTS,
 };
 
 static const struct argp_option option_table[] = {
@@ -77,7 +78,11 @@ static const struct argp_option option_table[] = {
      .key = KEY_MODES,
      .arg = "FILE",
      .doc = "Modes of flexible links, as YAML (`totalforce beam` writes those of a beam)"},
-    {.doc = "--lock, --tip, --payload and --modes may be given several times."},
+    {.name = "constraints",
+     .key = KEY_CONSTRAINTS,
+     .arg = "FILE",
+     .doc = "Closed loops, contacts and joints with a motor, as YAML"},
+    {.doc = "--lock, --tip, --payload, --modes and --constraints may be given several times."},
     {0}};
 
 /* One more of a list; ends the program without memory. */
@@ -157,7 +162,12 @@ void scene_options_finish(scene_options *o)
     o->scene.payload_count = o->payload_count;
     o->scene.modes = o->modes.links;
     o->scene.modes_count = o->modes.count;
-    if (o->scene.root || o->lock_count || o->tip_count || o->payload_count || o->modes.count)
+    o->scene.constraints = o->constraints.list;
+    o->scene.constraint_count = o->constraints.count;
+    o->scene.actuated = o->constraints.actuated;
+    o->scene.actuated_count = o->constraints.actuated_count;
+    if (o->scene.root || o->lock_count || o->tip_count || o->payload_count || o->modes.count ||
+        o->constraints.count || o->constraints.actuated_count)
         o->model.scene = &o->scene;
 }
 
@@ -210,6 +220,9 @@ static error_t parse_option(int key, char *text, struct argp_state *state)
     case KEY_MODES:
         add_name(state, &o->modes_files, &o->modes_count, text);
         return 0;
+    case KEY_CONSTRAINTS:
+        add_name(state, &o->constraints_files, &o->constraints_count, text);
+        return 0;
     case ARGP_KEY_END:
         scene_options_finish(o);
         return 0;
@@ -241,20 +254,39 @@ static int locks_fit(const scene_options *o, const tfa_model *model)
     return fit;
 }
 
+/* @return 1; 0 after an error message about the file */
+static int has_loaded(int status, const char *file, tfa_severity lowest, const tfa_report *report)
+{
+    if (status == TFA_OK)
+        return 1;
+    print_messages(report, lowest);
+    if (report->errors == 0)
+        fprintf(stderr, "%s: error: %s\n", file, tfa_status_text(status));
+    return 0;
+}
+
+/* Side files that are not read yet */
+static int load_side_files(scene_options *o, tfa_severity lowest, tfa_report *report)
+{
+    for (; o->modes_read < o->modes_count; o->modes_read++) {
+        const char *file = o->modes_files[o->modes_read];
+        if (!has_loaded(tfa_modes_load(file, &o->modes, report), file, lowest, report))
+            return 0;
+    }
+    for (; o->constraints_read < o->constraints_count; o->constraints_read++) {
+        const char *file = o->constraints_files[o->constraints_read];
+        if (!has_loaded(tfa_constraints_load(file, &o->constraints, report), file, lowest, report))
+            return 0;
+    }
+    return 1;
+}
+
 tfa_model *load_scene(const char *path, scene_options *options, tfa_severity lowest,
                       tfa_report *report)
 {
     report->syntax = TFA_SYNTAX_COMMAND_LINE;
-    for (; options->modes_read < options->modes_count; options->modes_read++) {
-        const char *file = options->modes_files[options->modes_read];
-        const int status = tfa_modes_load(file, &options->modes, report);
-        if (status == TFA_OK)
-            continue;
-        print_messages(report, lowest);
-        if (report->errors == 0)
-            fprintf(stderr, "%s: error: %s\n", file, tfa_status_text(status));
+    if (!load_side_files(options, lowest, report))
         return NULL;
-    }
     scene_options_finish(options);
     tfa_model *model = load_model(path, &options->model, lowest, report);
     if (!model || locks_fit(options, model))
@@ -271,5 +303,7 @@ void scene_options_free(scene_options *options)
     free(options->payloads);
     free(options->modes_files);
     tfa_modes_free(&options->modes);
+    free(options->constraints_files);
+    tfa_constraints_free(&options->constraints);
     *options = (scene_options){0};
 }

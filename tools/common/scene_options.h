@@ -8,6 +8,7 @@
 #define TOOLS_COMMON_SCENE_OPTIONS_H
 
 #include <argp.h>
+#include <totalforce/constraints.h>
 #include <totalforce/modes.h>
 
 /** A lock as it stands on the command line: whether its numbers fit shows when the joint's type is
@@ -28,17 +29,20 @@ typedef struct scene_options {
     tfa_payload *payloads;
     const char **modes_files; /**< `modes` has the first modes_read of them */
     tfa_modes modes;
-    uint32_t lock_count, tip_count, payload_count, modes_count, modes_read;
+    const char **constraints_files; /**< as modes_files */
+    tfa_constraints constraints;
+    uint32_t lock_count, tip_count, payload_count, modes_count, modes_read, constraints_count,
+        constraints_read;
 } scene_options;
 
 /** --base, --gravity, --mimic, --inertia, --rotor-inertia, --damping, --lock-massless-leaves,
- *  --lock, --root, --tip, --payload, --modes; its input is a scene_options. Names are kept as
- *  pointers into the argument vector, which is changed. */
+ *  --lock, --root, --tip, --payload, --modes, --constraints; its input is a scene_options. Names
+ *  are kept as pointers into the argument vector, which is changed. */
 extern const struct argp scene_argp;
 
 /**
- * Loads files of modes, loads and compiles a URDF as the options say and prints what the report
- * says at or above `lowest` on standard error.
+ * Loads files of modes and constraints, loads and compiles a URDF as the options say and prints
+ * what the report says at or above `lowest` on standard error.
  * @return the model, or NULL after an error message
  */
 tfa_model *load_scene(const char *path, scene_options *options, tfa_severity lowest,

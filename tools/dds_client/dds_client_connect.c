@@ -52,8 +52,8 @@ static bool any_robot_is_announced(const tfa_dds_client *client)
 /* Fills client->info from the daemon's RobotInfo, which the client then owns. */
 static int adopt_robot(tfa_dds_client *client, totalforce_dds_RobotInfo *robot)
 {
-    const char **names =
-        calloc((size_t)robot->joints._length + robot->frames._length + 1, sizeof *names);
+    const size_t links = robot->joints._length, constraints = links + robot->frames._length;
+    const char **names = calloc(constraints + robot->constraints._length + 1, sizeof *names);
     uint32_t *types = calloc((size_t)robot->joints._length + 1, sizeof *types);
 
     client->robot_info = robot;
@@ -66,7 +66,9 @@ static int adopt_robot(tfa_dds_client *client, totalforce_dds_RobotInfo *robot)
         types[i] = robot->joints._buffer[i].type;
     }
     for (uint32_t i = 0; i < robot->frames._length; i++)
-        names[robot->joints._length + i] = robot->frames._buffer[i];
+        names[links + i] = robot->frames._buffer[i];
+    for (uint32_t i = 0; i < robot->constraints._length; i++)
+        names[constraints + i] = robot->constraints._buffer[i];
     for (uint32_t i = 0; i < 32; i++) {
         client->hash_text[2 * i] = "0123456789abcdef"[robot->model_hash[i] >> 4];
         client->hash_text[2 * i + 1] = "0123456789abcdef"[robot->model_hash[i] & 15];
@@ -89,9 +91,11 @@ static int adopt_robot(tfa_dds_client *client, totalforce_dds_RobotInfo *robot)
         .frame_count = robot->frames._length,
         .joint_names = names,
         .joint_types = types,
-        .frame_names = names + robot->joints._length,
+        .frame_names = names + links,
         .mode_count = robot->modes._length,
         .mode_frames = robot->modes._buffer,
+        .constraint_count = robot->constraints._length,
+        .constraint_names = names + constraints,
         .model_hash = client->hash_text,
     };
     return TFA_OK;

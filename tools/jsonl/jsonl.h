@@ -57,6 +57,8 @@ typedef struct jsonl_buffers {
     double wrenches[TFA_MAX_WRENCHES * 6];
     double payloads[TFA_MAX_PAYLOADS * TFA_PAYLOAD_NUMBERS];
     double task_acceleration[6 * TFA_MAX_TIPS];
+    double constraint_acceleration[6 * TFA_MAX_CONSTRAINTS], stabilisation[2];
+    double *torque_weights; /**< v_count */
     double rank_threshold, characteristic_length;
     uint32_t *locked;          /**< v_count: no robot has more joints than freedoms */
     uint8_t *named;            /**< v_count: joints of the list that is being read */

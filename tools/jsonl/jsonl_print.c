@@ -117,6 +117,20 @@ static void print_by_link(FILE *out, const tfa_names *names, const double *value
     fputc('}', out);
 }
 
+static void print_by_constraint(FILE *out, const tfa_names *names, uint32_t constraints,
+                                const double *values)
+{
+    fputc('{', out);
+    for (uint32_t k = 0; k < (uint32_t)__builtin_popcount(constraints); k++) {
+        if (k)
+            fputc(',', out);
+        jsonl_print_string(out, tfa_names_active(names, constraints, k));
+        fputc(':', out);
+        print_vector(out, values + 6 * k, 6);
+    }
+    fputc('}', out);
+}
+
 static void print_energy(FILE *out, const double energy[2])
 {
     fputs("{\"kinetic\":", out);
@@ -152,6 +166,9 @@ static void print_answer(FILE *out, const jsonl_answer *answer, const char *key,
     case LAYOUT_BY_LINK:
         print_by_link(out, names, values, columns);
         break;
+    case LAYOUT_BY_CONSTRAINT:
+        print_by_constraint(out, names, request->constraints, values);
+        break;
     case LAYOUT_ENERGY:
         print_energy(out, values);
         break;
@@ -161,9 +178,11 @@ static void print_answer(FILE *out, const jsonl_answer *answer, const char *key,
 }
 
 /* Directions at or below the threshold */
-static void print_lost(FILE *out, const tfa_request *request, const tfa_reply *reply)
+static void print_lost(FILE *out, const tfa_names *names, const tfa_request *request,
+                       const tfa_reply *reply)
 {
-    const size_t rows = rows_of(request) * (size_t)request->tip_count;
+    const size_t constraints = tfa_constraint_numbers(request);
+    const size_t rows = constraints ? constraints : rows_of(request) * (size_t)request->tip_count;
     const double *row = reply->lost;
     print_key(out, "", "lost");
     fputc('[', out);
@@ -175,17 +194,22 @@ static void print_lost(FILE *out, const tfa_request *request, const tfa_reply *r
             break;
         fputs(k ? ",{\"singular_value\":" : "{\"singular_value\":", out);
         jsonl_print_number(out, row[0]);
-        if (request->op == TFA_OP_TASK_TORQUES)
+        if (TFA_OP_BIT(request->op) & TFA_OPS_LOST)
             print_number_key(out, "given_up", row[1]);
         print_key(out, "", "direction");
-        print_vector(out, row + 2, rows);
+        if (constraints)
+            print_by_constraint(out, names, request->constraints, row + 2);
+        else
+            print_vector(out, row + 2, rows);
         fputc('}', out);
     }
     fputc(']', out);
 }
 
-/* The rank that lambda and task torques used, with its threshold; otherwise that of the spectrum */
-static void print_rank(FILE *out, const tfa_request *request, const tfa_reply *reply)
+/* The rank that lambda, task torques and constraints used, with its threshold; otherwise that of
+ * the spectrum */
+static void print_rank(FILE *out, const tfa_names *names, const tfa_request *request,
+                       const tfa_reply *reply)
 {
     if (reply->rank) {
         fprintf(out, ",\"rank\":%u", reply->rank->rank);
@@ -193,8 +217,8 @@ static void print_rank(FILE *out, const tfa_request *request, const tfa_reply *r
         print_number_key(out, "condition", reply->rank->condition);
         print_number_key(out, "length", reply->rank->length);
         print_number_key(out, "lambda_error_estimate", reply->rank->error_estimate);
-        if (reply->rank->lost)
-            print_lost(out, request, reply);
+        if (reply->rank->lost && reply->lost)
+            print_lost(out, names, request, reply);
     } else if (reply->spectrum) {
         fprintf(out, ",\"rank\":%u", reply->spectrum->rank);
     }
@@ -216,6 +240,8 @@ static void print_quality(FILE *out, const tfa_answer *answer)
         fputs(",\"residual_precision\":true", out);
     if (answer->flags & TFA_ANSWER_MODE_LIMIT)
         fputs(",\"mode_limit\":true", out);
+    if (answer->flags & TFA_ANSWER_PULLS)
+        fputs(",\"pulls\":true", out);
 }
 
 void jsonl_print_reply(FILE *out, const json_t *id, const tfa_names *names,
@@ -236,7 +262,7 @@ void jsonl_print_reply(FILE *out, const json_t *id, const tfa_names *names,
             print_answer(out, answer, is_tip_poses ? buffers->tip_poses_key : answer->key, names,
                          request, values);
         if (answer->block == TFA_WIRE_LAMBDA_INV)
-            print_rank(out, request, reply);
+            print_rank(out, names, request, reply);
     }
     print_quality(out, reply->answers);
     if (reply->model)

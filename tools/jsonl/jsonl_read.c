@@ -250,6 +250,11 @@ static int finish(jsonl_reader *r, const json_t *object)
         if (status != TFA_OK)
             return status;
     }
+    if (TFA_OP_BIT(request->op) & TFA_OPS_CONSTRAINED) {
+        int status = jsonl_finish_constraints(r);
+        if (status != TFA_OK)
+            return status;
+    }
     return require(r);
 }
 

@@ -15,10 +15,15 @@
 int jsonl_buffers_init(jsonl_buffers *buffers, const tfa_names *names)
 {
     *buffers = (jsonl_buffers){0};
-    double **arrays[] = {&buffers->q,   &buffers->v,     &buffers->tau,
-                         &buffers->qdd, &buffers->modes, &buffers->mode_velocities};
+    double **arrays[] = {&buffers->q,
+                         &buffers->v,
+                         &buffers->tau,
+                         &buffers->qdd,
+                         &buffers->modes,
+                         &buffers->mode_velocities,
+                         &buffers->torque_weights};
     const size_t v = names->v_count,
-                 counts[] = {names->q_count, v, v, v, names->mode_count, names->mode_count};
+                 counts[] = {names->q_count, v, v, v, names->mode_count, names->mode_count, v};
     int allocated = 1;
     for (size_t i = 0; i < sizeof arrays / sizeof arrays[0]; i++) {
         *arrays[i] = calloc(counts[i] + 1, sizeof(double));
@@ -44,6 +49,7 @@ void jsonl_buffers_free(jsonl_buffers *buffers)
     free(buffers->qdd);
     free(buffers->modes);
     free(buffers->mode_velocities);
+    free(buffers->torque_weights);
     free(buffers->locked);
     free(buffers->named);
     *buffers = (jsonl_buffers){0};

@@ -17,6 +17,8 @@ typedef struct jsonl_reader {
     const char *key;            /**< for messages: "q", "wrench.tool0", ... */
     const json_t *acceleration; /**< of the tips, read once tips and rows are known */
     int rows_given;             /**< the request has the key "rows" */
+    const json_t *constraint_acceleration; /**< read once the active constraints are known */
+    int constraints_given;                 /**< the request has the key "constraints" */
 } jsonl_reader;
 
 /** "an object", "a string", ...: the type of a value, for messages. */
@@ -74,5 +76,19 @@ int jsonl_read_acceleration(jsonl_reader *r, const json_t *value);
  *  order, or those of `tips`, which must be the same. @return TFA_OK, TFA_E_ARGUMENT, TFA_E_SIZE,
  *  TFA_E_LINK. */
 int jsonl_finish_acceleration(jsonl_reader *r);
+
+/* jsonl_constraints.c: active constraints and what belongs to them. @return TFA_OK,
+ * TFA_E_ARGUMENT, TFA_E_SIZE, TFA_E_JOINT */
+
+/** ["constraint",...] */
+int jsonl_read_constraints(jsonl_reader *r, const json_t *value);
+/** {"constraint":[6],...}, to be read by jsonl_finish_constraints */
+int jsonl_read_constraint_acceleration(jsonl_reader *r, const json_t *value);
+/** [k0,k1] */
+int jsonl_read_stabilisation(jsonl_reader *r, const json_t *value);
+/** An array in joint order, or {joint: weight} */
+int jsonl_read_torque_weights(jsonl_reader *r, const json_t *value);
+/** All constraints are active if the request names none; reads the accelerations. */
+int jsonl_finish_constraints(jsonl_reader *r);
 
 #endif

@@ -183,6 +183,11 @@ int advise_locks(const tfa_model *model, const char *urdf, scene_options *option
         fprintf(stderr, "totalforce model: --advise: not for flexible links; leave out --modes\n");
         return EXIT_FAILED;
     }
+    if (options->constraints_count) {
+        fprintf(stderr, "totalforce model: --advise: leave out --constraints, and add them to the "
+                        "advised scene\n");
+        return EXIT_FAILED;
+    }
     if (tfa_names_of_model(&s.names, model) != TFA_OK) {
         fprintf(stderr, "totalforce model: %s\n", tfa_status_text(TFA_E_MEMORY));
         return EXIT_FAILED;

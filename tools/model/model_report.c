@@ -30,6 +30,40 @@ int model_code_is_repaired(const char *code)
     return is_one_of(code, codes);
 }
 
+size_t model_constraint_words(uint32_t rows, const char **words)
+{
+#define WORD(rows, word) {rows, word},
+    static const struct {
+        uint32_t rows;
+        const char *word;
+    } sets[] = {TFA_CONSTRAINT_WORDS(WORD)};
+#undef WORD
+    size_t count = 0;
+    for (size_t k = 0; k < sizeof sets / sizeof *sets; k++) {
+        const bool whole = sets[k].rows == rows, is_row = !(sets[k].rows & (sets[k].rows - 1));
+        if (whole || (is_row && rows & sets[k].rows))
+            words[count++] = sets[k].word;
+        if (whole)
+            break;
+    }
+    return count;
+}
+
+const char *model_constraint_link(const tfa_model *model, const tfa_constraint_info *constraint,
+                                  int side)
+{
+    const int32_t frame = constraint->frame[side];
+    return frame < 0 ? NULL : tfa_model_frame(model, (uint32_t)frame).name;
+}
+
+bool model_names_actuated(const tfa_model *model)
+{
+    for (uint32_t i = 0; i < tfa_model_joint_count(model); i++)
+        if (!tfa_model_joint(model, i).actuated)
+            return true;
+    return false;
+}
+
 void model_count_fates(const tfa_model_summary *s, uint32_t *counts)
 {
     counts[TFA_FATE_FIXED] = s->fixed;

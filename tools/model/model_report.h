@@ -60,6 +60,16 @@ int model_code_is_ignored(const char *code);
 /** The message says that something of the file was put right. */
 int model_code_is_repaired(const char *code);
 
+/** Words of the rows of a constraint, at most 6. @return how many */
+size_t model_constraint_words(uint32_t rows, const char **words);
+
+/** Name of a constraint's link; NULL: the world */
+const char *model_constraint_link(const tfa_model *model, const tfa_constraint_info *constraint,
+                                  int side);
+
+/** A joint of the model has no motor: the scene names those that have one. */
+bool model_names_actuated(const tfa_model *model);
+
 /** Joints by fate, TFA_FATE_ABSENT + 1 numbers. */
 void model_count_fates(const tfa_model_summary *summary, uint32_t *counts);
 

@@ -121,6 +121,42 @@ static json_t *modes(const tfa_model *model)
     return list;
 }
 
+static json_t *constraint(const tfa_model *model, uint32_t index)
+{
+    const tfa_constraint_info c = tfa_model_constraint(model, index);
+    const char *words[6];
+    const size_t count = model_constraint_words(c.rows, words);
+    json_t *hold = json_array(), *ends = json_array();
+    for (size_t k = 0; k < count; k++)
+        json_array_append_new(hold, json_string(words[k]));
+    for (int side = 0; side < 2; side++) {
+        const char *link = model_constraint_link(model, &c, side);
+        json_array_append_new(ends, link ? text_of(link) : json_null());
+    }
+    return json_pack("{so so so sb}", "name", text_of(c.name), "links", ends, "hold", hold,
+                     "unilateral", (int)c.unilateral);
+}
+
+static json_t *constraints(const tfa_model *model)
+{
+    json_t *list = json_array();
+    for (uint32_t i = 0; i < tfa_model_constraint_count(model); i++)
+        json_array_append_new(list, constraint(model, i));
+    return list;
+}
+
+/* null: all joints have a motor */
+static json_t *actuated(const tfa_model *model)
+{
+    if (!model_names_actuated(model))
+        return json_null();
+    json_t *list = json_array();
+    for (uint32_t i = 0; i < tfa_model_joint_count(model); i++)
+        if (tfa_model_joint(model, i).actuated)
+            json_array_append_new(list, text_of(tfa_model_joint(model, i).name));
+    return list;
+}
+
 /* Every joint of the file and its fate */
 static json_t *declared(const tfa_model *model)
 {
@@ -205,6 +241,8 @@ static void add_model(json_t *root, const model_report *r)
     json_object_set_new(root, "scene", scene(r->options->model.scene));
     add_joints(root, model);
     json_object_set_new(root, "modes", modes(model));
+    json_object_set_new(root, "constraints", constraints(model));
+    json_object_set_new(root, "actuated", actuated(model));
     json_object_set_new(root, "q_count", json_integer(s.q_count));
     json_object_set_new(root, "v_count", json_integer(s.v_count));
     json_object_set_new(root, "link_count", json_integer(s.links));

@@ -93,6 +93,36 @@ static void print_modes(const tfa_model *model)
     }
 }
 
+static void print_constraints(const tfa_model *model)
+{
+    if (tfa_model_constraint_count(model))
+        printf("  constraints (order of their bits; rows held; links)\n");
+    for (uint32_t i = 0; i < tfa_model_constraint_count(model); i++) {
+        const tfa_constraint_info c = tfa_model_constraint(model, i);
+        const char *words[6];
+        const size_t count = model_constraint_words(c.rows, words);
+        printf("    %3" PRIu32 "  %-24s", i, c.name);
+        for (size_t k = 0; k < count; k++)
+            printf(" %s", words[k]);
+        for (int side = 0; side < 2; side++) {
+            const char *link = model_constraint_link(model, &c, side);
+            printf("%s%s", side ? " - " : "  ", link ? link : "(world)");
+        }
+        puts(c.unilateral ? "  unilateral" : "");
+    }
+}
+
+static void print_actuated(const tfa_model *model)
+{
+    if (!model_names_actuated(model))
+        return;
+    printf("  actuated:");
+    for (uint32_t i = 0; i < tfa_model_joint_count(model); i++)
+        if (tfa_model_joint(model, i).actuated)
+            printf(" %s", tfa_model_joint(model, i).name);
+    putchar('\n');
+}
+
 static void print_bodies(const model_report *r)
 {
     printf("  bodies (mass kg, centre of mass m, radii of gyration m, condition of the inertia)\n");
@@ -206,7 +236,9 @@ int model_report_print_text(const model_report *r)
     print_counts(r, &s);
     print_plan(r, &s);
     print_joints(r->model);
+    print_actuated(r->model);
     print_modes(r->model);
+    print_constraints(r->model);
     print_bodies(r);
     printf("  merged (body <- links kept as frames)\n");
     print_merged(r, r->bodies, "(world)");

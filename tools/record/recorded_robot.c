@@ -10,6 +10,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <totalforce/constraints.h>
 #include <totalforce/modes.h>
 
 #define BATCH_MAX 65536 /* of the daemon's configuration */
@@ -116,6 +117,7 @@ typedef struct scene_lists {
     tfa_lock *locks;
     tfa_payload *payloads;
     tfa_modes modes;
+    tfa_constraints constraints;
 } scene_lists;
 
 static void free_scene(scene_lists *s)
@@ -124,6 +126,7 @@ static void free_scene(scene_lists *s)
     free(s->locks);
     free(s->payloads);
     tfa_modes_free(&s->modes);
+    tfa_constraints_free(&s->constraints);
 }
 
 static const char *or_empty(const char *text)
@@ -137,6 +140,19 @@ static int read_modes(const json_t *json, tfa_modes *modes, tfa_report *report)
     char *text = json ? json_dumps(json, 0) : NULL;
     const int status =
         text   ? tfa_modes_parse(text, strlen(text), "modes of the recording", modes, report)
+        : json ? TFA_E_MEMORY
+               : TFA_OK;
+    free(text);
+    return status;
+}
+
+/* The same for constraints, which older recordings do not have */
+static int read_constraints(const json_t *json, tfa_constraints *constraints, tfa_report *report)
+{
+    char *text = json ? json_dumps(json, 0) : NULL;
+    const int status =
+        text   ? tfa_constraints_parse(text, strlen(text), "constraints of the recording",
+                                       constraints, report)
         : json ? TFA_E_MEMORY
                : TFA_OK;
     free(text);
@@ -177,7 +193,11 @@ static int read_scene(const json_t *json, scene_lists *s)
                            .payloads = s->payloads,
                            .payload_count = payload_count,
                            .modes = s->modes.links,
-                           .modes_count = s->modes.count};
+                           .modes_count = s->modes.count,
+                           .constraints = s->constraints.list,
+                           .constraint_count = s->constraints.count,
+                           .actuated = s->constraints.actuated,
+                           .actuated_count = s->constraints.actuated_count};
     return TFA_OK;
 }
 
@@ -209,6 +229,9 @@ static int compile(const json_t *json, tfa_description *description, tfa_report 
     int status = set_armature(json_object_get(json, "armature"), description);
     if (status == TFA_OK && json_is_object(scene))
         status = read_modes(json_object_get(scene, "modes"), &lists.modes, report);
+    if (status == TFA_OK && json_is_object(scene))
+        status =
+            read_constraints(json_object_get(scene, "constraints"), &lists.constraints, report);
     if (status == TFA_OK && json_is_object(scene))
         status = read_scene(scene, &lists);
     const tfa_model_options options = {.base = (tfa_base)number_of(json, "base"),

@@ -39,6 +39,12 @@ void TFA_V(aba)(struct state *s, const num *tau, num *qdd)
         outward(s, ground, qdd, s->moving);
 }
 
+void TFA_V(aba_outward)(struct state *s, num *qdd)
+{
+    const svec ground = {v3_zero(), v3_neg(s->gravity)};
+    outward(s, ground, qdd, s->moving);
+}
+
 void TFA_V(aba_factor)(struct state *s)
 {
     if (s->have & HAVE_ABA)

@@ -32,6 +32,9 @@ void TFA_V(rnea_perturbed)(struct state *s, const num *qdd, num *tau, int bias);
  * the forces u that are left at the joints. O(N) */
 void TFA_V(aba)(struct state *s, const num *tau, num *qdd);
 
+/* Its outward pass alone, with the forces u that stand there. Rigid bodies */
+void TFA_V(aba_outward)(struct state *s, num *qdd);
+
 /* IA, U, D only. Both use those that are there. */
 void TFA_V(aba_factor)(struct state *s);
 

@@ -8,7 +8,9 @@
 
 #include "dynamics/core/modes.h"
 #include "dynamics/kinematics/frame.h"
+#include "dynamics/osim/constraint_rows.h"
 #include "layout/body.h"
+#include "spatial/unit_wrenches.h"
 
 /* The joint's share of six forces: out[k][e] = H_k^T P_e for its first `freedoms` freedoms, which
  * are those that move what the forces act on; 0 for the rest. */
@@ -41,12 +43,26 @@ static void modes_columns(struct state *s, int32_t handle, const svec P[6], uint
                 sv_dot(sv_from(s->handle[handle].Phi + 6 * k), P[e]);
 }
 
+static int32_t columns_of_tip(const struct state *s, uint32_t t, tfa_reference_frame frame,
+                              svec P[6])
+{
+    mat3 R;
+    vec3 p;
+    if (!s->closings)
+        return TFA_V(frame_columns)(s, s->tip[t], frame, P);
+    if (s->m->frame[s->tip[t]].body < 0)
+        return -1;
+    TFA_V(closing_at)(s, t, &R, &p);
+    unit_wrenches(R, p, P);
+    return s->m->frame[s->tip[t]].body;
+}
+
 void TFA_V(jacobian)(struct state *s, tfa_reference_frame frame)
 {
     clear_psi(s);
     for (uint32_t t = 0; t < s->tips; t++) {
         svec P[6];
-        int32_t i = TFA_V(frame_columns)(s, s->tip[t], frame, P);
+        int32_t i = columns_of_tip(s, t, frame, P);
         uint32_t moved = i < 0 ? 0 : TFA_V(frame_freedoms)(s, s->tip[t]);
         int32_t handle = s->m->frame[s->tip[t]].handle;
         for (; i >= 0; i = s->body[i].parent, moved = 6) {
@@ -89,9 +105,11 @@ void TFA_V(tip_start)(const struct state *s, uint32_t t, tfa_reference_frame fra
     if (f->body < 0)
         return;
     vec3 p = frame_in_body(s, s->tip[t]).r;
-    const int aligned = frame == TFA_FRAME_LOCAL_WORLD_ALIGNED;
+    const int aligned = frame == TFA_FRAME_LOCAL_WORLD_ALIGNED && !s->closings;
     w->moved = TFA_V(frame_freedoms)(s, s->tip[t]);
-    if (f->part || !aligned)
+    if (s->closings)
+        TFA_V(closing_at)(s, t, &R_own, &p);
+    else if (f->part || !aligned)
         (void)TFA_V(frame_at)(s, s->tip[t], aligned ? TFA_FRAME_LOCAL : frame, &R_own, &p);
     if (!aligned)
         R = mat3_simd_of(R_own);

@@ -6,6 +6,7 @@
 #include "dynamics/osim/lambda_inverse.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "dynamics/kinematics/tip_motion.h"
 #include "dynamics/osim/rank_revealing.h"
@@ -15,7 +16,7 @@
 
 static void find_arms(struct state *s, const tfa_request *r)
 {
-    const int moved = tip_metric_frame(r) != r->frame;
+    const int moved = !s->closings && tip_metric_frame(r) != r->frame;
     for (uint32_t t = 0; t < s->tips; t++) {
         struct tip at = {.p = vec3_simd_of(num_of(0), num_of(0), num_of(0))};
         if (moved)
@@ -29,6 +30,10 @@ static void find_arms(struct state *s, const tfa_request *r)
 static void to_metric(const struct state *s, const num *x, num *out)
 {
     const uint32_t rows = s->tip_rows;
+    for (uint32_t j = 0; s->closings && j < s->closing_rows; j++)
+        out[j] = scale_of(s, j) * x[j];
+    if (s->closings)
+        return;
     for (uint32_t t = 0; t < s->tips; t++, x += rows, out += rows) {
         const num *p = s->arm + 3 * t;
         for (uint32_t e = 0; e < 3; e++)
@@ -43,16 +48,10 @@ static void to_metric(const struct state *s, const num *x, num *out)
     }
 }
 
-/* Of row j of all tips */
-static inline num scale_of(const struct state *s, uint32_t j)
-{
-    return s->tip_rows == 6 ? tip_row_scale(s, j % 6) : num_of(1);
-}
-
 /* Moments of forces y about the points of the request, in place: the transpose */
 static void add_arms(const struct state *s, num *y)
 {
-    for (uint32_t t = 0; s->tip_rows == 6 && t < s->tips; t++, y += 6) {
+    for (uint32_t t = 0; !s->closings && s->tip_rows == 6 && t < s->tips; t++, y += 6) {
         const num *p = s->arm + 3 * t;
         for (uint32_t e = 0; e < 3; e++) {
             const uint32_t f = (e + 1) % 3, g = (e + 2) % 3;
@@ -64,7 +63,9 @@ static void add_arms(const struct state *s, num *y)
 /* A direction of the metric as an acceleration in the rows of the answer, in place */
 static void direction_of(const struct state *s, num *v)
 {
-    for (uint32_t t = 0; s->tip_rows == 6 && t < s->tips; t++, v += 6) {
+    for (uint32_t j = 0; s->closings && j < s->closing_rows; j++)
+        v[j] /= scale_of(s, j);
+    for (uint32_t t = 0; !s->closings && s->tip_rows == 6 && t < s->tips; t++, v += 6) {
         const num *p = s->arm + 3 * t;
         for (uint32_t e = 0; e < 3; e++)
             v[3 + e] /= s->tip_length;
@@ -95,6 +96,42 @@ static uint32_t choose_gains(struct state *s, tfa_rank_loss policy, num threshol
     return regular;
 }
 
+/* z -= a x of rows */
+static void subtract_row(num *z, num a, const num *x, uint32_t stride)
+{
+    for (uint32_t c = 0; c < stride; c += NUM_VEC_LANES)
+        row_store(z + c, row_load(z + c) - a * row_load(x + c));
+}
+
+/* U of rank below n: s->direction becomes U^+T = (U U^T)^-1 U, which is U^-T of rank n, and the sum
+ * of 1/d, without singular directions. Pivots leave U well conditioned. */
+static num invert_wide(struct state *s)
+{
+    const uint32_t rank = s->tip_rank, stride = tip_stride(s);
+    const num *U = s->triangle;
+    num *G = s->lambda, *Z = s->direction, sum = num_of(0);
+    for (uint32_t k = 0; k < rank; k++)
+        for (uint32_t j = 0; j <= k; j++)
+            G[(size_t)rank * k + j] =
+                row_dot(U + (size_t)stride * k, U + (size_t)stride * j, stride);
+    ldl_factor_rows(G, (int)rank, rank);
+    for (uint32_t k = 0; k < rank; k++) {
+        memcpy(Z + (size_t)stride * k, U + (size_t)stride * k, stride * sizeof *Z);
+        for (uint32_t j = 0; j < k; j++)
+            subtract_row(Z + (size_t)stride * k, G[(size_t)rank * k + j], Z + (size_t)stride * j,
+                         stride);
+    }
+    for (uint32_t k = rank; k-- > 0;) {
+        num *z = Z + (size_t)stride * k;
+        for (uint32_t c = 0; c < stride; c += NUM_VEC_LANES)
+            row_store(z + c, G[(size_t)rank * k + k] * row_load(z + c));
+        for (uint32_t j = k + 1; j < rank; j++)
+            subtract_row(z, G[(size_t)rank * j + k], Z + (size_t)stride * j, stride);
+        sum += s->weight[k] * row_dot(z, z, stride);
+    }
+    return sum;
+}
+
 /* Sum of 1/d of the directions that are no rounding */
 static num trace_of_inverse(const struct state *s)
 {
@@ -121,7 +158,8 @@ static tfa_rank_loss policy_of(const tfa_request *r)
 {
     if (r->rank_loss != TFA_RANK_DEFAULT)
         return r->rank_loss;
-    return r->op == TFA_OP_TASK_TORQUES ? TFA_RANK_DAMP : TFA_RANK_TRUNCATE;
+    return TFA_OP_BIT(r->op) & (TFA_OPS_TASK | TFA_OPS_CONSTRAINED) ? TFA_RANK_DAMP
+                                                                    : TFA_RANK_TRUNCATE;
 }
 
 static double default_threshold(tfa_rank_loss policy, uint32_t n)
@@ -129,13 +167,24 @@ static double default_threshold(tfa_rank_loss policy, uint32_t n)
     return policy == TFA_RANK_DAMP ? TFA_RANK_THRESHOLD_DAMP : TFA_RANK_THRESHOLD(n);
 }
 
+void TFA_V(metric_load)(struct state *s, const tfa_request *r)
+{
+    s->tip_length = num_of(r->characteristic_length ? *r->characteristic_length : s->m->length);
+    find_arms(s, r);
+}
+
 int TFA_V(lambda_factor)(struct state *s, const tfa_request *r, int directions, tfa_rank *rank)
+{
+    TFA_V(metric_load)(s, r);
+    TFA_V(tip_rows)(s, tip_metric_frame(r));
+    return TFA_V(factor_rows)(s, r, directions, num_of(0), rank);
+}
+
+int TFA_V(factor_rows)(struct state *s, const tfa_request *r, int directions, num size,
+                       tfa_rank *rank)
 {
     const uint32_t n = all_tip_rows(s);
     const tfa_rank_loss policy = policy_of(r);
-    s->tip_length = num_of(r->characteristic_length ? *r->characteristic_length : s->m->length);
-    find_arms(s, r);
-    TFA_V(tip_rows)(s, tip_metric_frame(r));
     struct gram_schmidt f = {.rows = s->tip_freedoms,
                              .n = n,
                              .B = s->phi,
@@ -145,17 +194,18 @@ int TFA_V(lambda_factor)(struct state *s, const tfa_request *r, int directions, 
                              .weight = s->weight,
                              .pivot = s->pivot,
                              .square = s->coefficient,
-                             .free = s->coefficient + tip_stride(s)};
+                             .free = s->coefficient + tip_stride(s),
+                             .size = size};
     s->tip_rank = TFA_V(pivoted_gram_schmidt)(&f, num_of(TFA_RANK_THRESHOLD(n)));
-    const num trace = f.trace,
+    const num trace = size > 0 ? size : f.trace,
               threshold = trace * num_of(r->rank_threshold ? *r->rank_threshold
                                                            : default_threshold(policy, n));
-    if (!(trace - trace == 0))
+    if (!(f.trace - f.trace == 0))
         return 0;
     s->tip_threshold = threshold;
-    num inverse = f.inverse_trace;
-    uint32_t regular = n;
-    s->spectral = directions || s->tip_rank < n || !(inverse * threshold < 1);
+    num inverse = s->tip_rank < n && !directions ? invert_wide(s) : f.inverse_trace;
+    uint32_t regular = s->tip_rank;
+    s->spectral = directions || !(inverse * threshold < 1);
     if (s->spectral) {
         TFA_V(singular_directions)
         (s->triangle, s->pivot_square, n, s->tip_rank, s->direction, s->triangle);
@@ -200,13 +250,17 @@ static void subtract_product(const struct state *s, const num *x)
         s->coefficient[k] -= s->weight[k] * row_dot(s->direction + (size_t)stride * k, row, stride);
 }
 
-/* Least squares: the projections on the columns of Q, in the order in which they became
- * orthogonal; z is used up. */
 void TFA_V(lambda_force)(struct state *s, const num *tau, const num *x, num *y)
 {
+    TFA_V(force_rows)(s, tau, s->force_row);
+    TFA_V(least_squares)(s, s->force_row, x, y);
+}
+
+/* The projections on the columns of Q, in the order in which they became orthogonal */
+void TFA_V(least_squares)(struct state *s, num *z, const num *x, num *y)
+{
     const uint32_t rows = s->tip_freedoms, stride = tip_stride(s);
-    num *z = s->force_row, *a = s->coefficient;
-    TFA_V(force_rows)(s, tau, z);
+    num *a = s->coefficient;
     for (uint32_t k = 0; k < s->tip_rank; k++) {
         const num *q = s->phi + s->pivot[k];
         num sum = num_of(0);
@@ -225,6 +279,28 @@ void TFA_V(lambda_force)(struct state *s, const num *tau, const num *x, num *y)
     if (x)
         subtract_product(s, x);
     add_directions(s, y);
+}
+
+/* Q times what the coefficients are in its columns: themselves, as U U^-1 is one; of singular
+ * directions S^-1/2 J Sigma^2 a. */
+void TFA_V(least_squares_image)(const struct state *s, num *z)
+{
+    const uint32_t stride = tip_stride(s), rank = s->tip_rank;
+    num *a = s->coefficient + stride;
+    for (uint32_t k = 0; k < rank; k++)
+        a[k] = s->spectral ? num_of(0) : s->coefficient[k];
+    for (uint32_t k = 0; s->spectral && k < rank; k++)
+        for (uint32_t e = 0; e < rank; e++)
+            a[e] += s->triangle[(size_t)rank * k + e] * s->eigenvalue[k] * s->coefficient[k];
+    for (uint32_t k = 0; s->spectral && k < rank; k++)
+        a[k] /= num_sqrt(s->pivot_square[k]);
+    for (uint32_t i = 0; i < s->tip_freedoms; i++) {
+        const num *row = s->phi + (size_t)stride * i;
+        num sum = num_of(0);
+        for (uint32_t k = 0; k < rank; k++)
+            sum += row[s->pivot[k]] * a[k];
+        z[i] = sum;
+    }
 }
 
 /* Directions out of the metric times the roots of their weights, by rows: x^T x is Lambda. */
@@ -305,15 +381,17 @@ static int32_t next_lost(const struct state *s, num last)
     return best;
 }
 
-/* What is left of x beside all directions of B, which the tips cannot follow at all */
+/* What is left of x beside all directions of B, which the tips cannot follow at all: x - V V^T x
+ * or x - U^+ U x */
 static num outside(const struct state *s, const num *x, num *rest)
 {
-    const uint32_t n = all_tip_rows(s);
+    const uint32_t n = all_tip_rows(s), stride = tip_stride(s);
     for (uint32_t j = 0; j < n; j++)
         rest[j] = x[j];
     for (uint32_t k = 0; k < s->tip_rank; k++) {
-        const num *v = s->direction + (size_t)tip_stride(s) * k;
-        const num a = dense_dot(v, rest, n) / s->eigenvalue[k];
+        const num *v = s->direction + (size_t)stride * k;
+        const num a = s->spectral ? dense_dot(v, x, n) / s->eigenvalue[k]
+                                  : dense_dot(s->triangle + (size_t)stride * k, x, n);
         for (uint32_t j = 0; j < n; j++)
             rest[j] -= a * v[j];
     }
@@ -327,7 +405,7 @@ void TFA_V(lambda_lost)(struct state *s, const num *x, double *out)
     uint32_t count = 0;
     to_metric(s, x, in);
     const num size = num_sqrt(dense_dot(in, in, n));
-    if (s->spectral && s->tip_rank < n) {
+    if (s->tip_rank < n) {
         const num rest = outside(s, in, v);
         for (uint32_t j = 0; j < n; j++)
             v[j] /= rest > 0 ? rest : num_of(1);

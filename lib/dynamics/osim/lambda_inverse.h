@@ -29,9 +29,23 @@ static inline tfa_reference_frame tip_metric_frame(const tfa_request *r)
  * lambda_inverse_error. */
 int TFA_V(lambda_factor)(struct state *s, const tfa_request *r, int directions, tfa_rank *rank);
 
+/* Its two steps. The metric of the request: length, arms */
+void TFA_V(metric_load)(struct state *s, const tfa_request *r);
+/* Factors of any s->tip_freedoms rows in s->phi, in the metric; thresholds are relative to `size`,
+ * 0: the sum of their squares */
+int TFA_V(factor_rows)(struct state *s, const tfa_request *r, int directions, num size,
+                       tfa_rank *rank);
+
 /* y = Lambda (J M^-1 tau - x), x in rows of the answer or NULL, without J M^-1 tau: as accurate as
  * Lambda itself. Takes tau and needs what force_rows does. */
 void TFA_V(lambda_force)(struct state *s, const num *tau, const num *x, num *y);
+
+/* Least squares with factors of any rows B: y = B^+ z - (B^T B)^+ x, out of the metric, by the
+ * policy. z is used up; x may be NULL. */
+void TFA_V(least_squares)(struct state *s, num *z, const num *x, num *y);
+
+/* z = B y of that answer */
+void TFA_V(least_squares_image)(const struct state *s, num *z);
 
 /* Lambda itself. Returns 1 when all of it is finite. */
 int TFA_V(lambda_dense)(struct state *s, double *out);

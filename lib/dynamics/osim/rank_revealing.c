@@ -151,10 +151,11 @@ TFA_INLINE uint32_t factor(struct gram_schmidt *f, uint32_t n, num ratio)
         f->free[j] = num_of(j < n);
     for (uint32_t j = 0; j < n; j++)
         f->trace += f->square[j];
+    const num least = ratio * (f->size > 0 ? f->size : f->trace);
     for (uint32_t k = 0; k < n; k++) {
         num square, *z = f->Z + (size_t)stride * k;
         f->pivot[k] = choose_pivot(f, n, &square);
-        if (k == f->rows || !(square > ratio * f->trace))
+        if (k == f->rows || !(square > least))
             return k;
         f->S[k] = square;
         f->weight[k] = 1 / square;

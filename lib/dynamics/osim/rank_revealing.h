@@ -28,10 +28,11 @@ struct gram_schmidt {
     num *square;       /* scratch, a row: of the free columns of what is left of B */
     num *free;         /* scratch, a row */
     num trace;         /* of B^T B */
+    num size;          /* what `ratio` is relative to; 0: the trace */
     num inverse_trace; /* of its inverse, if the rank is n */
 };
 
-/* Stops where no column has a square above `ratio` times the trace. Returns the rank, 0 where the
+/* Stops where no column has a square above `ratio` times the size. Returns the rank, 0 where the
  * trace is not finite. 2 rows n^2 operations */
 uint32_t TFA_V(pivoted_gram_schmidt)(struct gram_schmidt *f, num ratio);
 

@@ -6,6 +6,7 @@
 #include "dynamics/osim/tip_rows.h"
 
 #include "dynamics/core/recursions.h"
+#include "dynamics/osim/constraint_rows.h"
 #include "dynamics/osim/lambda.h"
 #include "layout/parent_transfer.h"
 #include "spatial/dense.h"
@@ -69,6 +70,52 @@ TFA_INLINE void put_joint(const struct state *s, const vec6 *metric, uint32_t i,
     }
 }
 
+/* Sum of both sides of a constraint. Returns 0 where the body supports neither. */
+static inline int sides_of(const struct state *s, const struct closing *c, uint32_t i, vec6 *y)
+{
+    const struct tfa_body *b = &s->body[i];
+    int moved = 0;
+    for (int side = 1; side >= 0; side--) {
+        const int32_t t = c->tip[side];
+        if (t < 0 || !(s->support[i] >> t & 1))
+            continue;
+        for (uint32_t k = 0; k < b->n; k++) {
+            const vec6 psi = vec6_load(tip_columns(s, s->psi, b->v + k, (uint32_t)t));
+            y[k] = moved ? vec6_add_scaled(y[k], num_of(1), psi) : psi;
+        }
+        moved = 1;
+    }
+    return moved;
+}
+
+/* As put_joint, of the held rows of constraints */
+static void put_joint_closings(const struct state *s, const vec6 *metric, uint32_t i, num *out)
+{
+    const struct tfa_body *b = &s->body[i];
+    const uint32_t n = b->n, stride = tip_stride(s);
+    num weight[6], row[6];
+    joint_weights(s, i, weight);
+    for (uint32_t c = 0; c < n * stride; c += NUM_VEC_LANES)
+        row_store(out + c, (num_vec){0});
+    for (uint32_t c = 0, at = 0; c < s->closings; at += s->closing[c++].held) {
+        const uint32_t rows = s->closing[c].of->rows;
+        vec6 y[6];
+        if (!sides_of(s, &s->closing[c], i, y))
+            continue;
+        if (n > 1)
+            vec6_ldl_lower(s->joint_nd[b->joint_nd].L, n, y);
+        for (uint32_t k = 0; k < n; k++) {
+            num *to = out + stride * k + at;
+            for (int v = 0; v < VEC6_VECS; v++)
+                y[k].vec[v] *= weight[k] * metric->vec[v];
+            vec6_store(row, &y[k]);
+            for (uint32_t e = 0; e < 6; e++)
+                if (rows >> e & 1)
+                    *to++ = row[e];
+        }
+    }
+}
+
 /* Each body that supports a tip */
 #define FOR_EACH_SUPPORT(s, i)                                                                     \
     for (uint32_t at_ = 0; at_ < (s)->spans; at_++)                                                \
@@ -86,7 +133,9 @@ static void articulated_rows(struct state *s, tfa_reference_frame frame)
     FOR_EACH_SUPPORT(s, i)
     {
         const uint32_t n = s->body[i].n;
-        if (n == 1 && s->tips == 1)
+        if (s->closings)
+            put_joint_closings(s, &metric, i, out);
+        else if (n == 1 && s->tips == 1)
             put_joint(s, &metric, i, 1, 1, out);
         else
             put_joint(s, &metric, i, n, s->tips, out);
@@ -128,6 +177,29 @@ TFA_INLINE void articulated_force(struct state *s, int biased, num *z)
     }
 }
 
+/* u -= L D^1/2 z: what the pass inward leaves of forces is L^-1 of them */
+void TFA_V(subtract_force_rows)(struct state *s, const num *z)
+{
+    FOR_EACH_SUPPORT(s, i)
+    {
+        const struct tfa_body *b = &s->body[i];
+        num weight[6];
+        joint_weights(s, i, weight);
+        if (b->n == 1) {
+            s->u[i] -= *z++ / weight[0];
+            continue;
+        }
+        struct joint_nd *w = &s->joint_nd[b->joint_nd];
+        for (uint32_t k = 0; k < b->n; k++) {
+            num sum = z[k] / weight[k];
+            for (uint32_t e = 0; e < k; e++)
+                sum += w->L[6 * k + e] * z[e] / weight[e];
+            w->u[k] -= sum;
+        }
+        z += b->n;
+    }
+}
+
 /* ---- mimics: T^T M T = L D L^T ---- */
 
 /* out = D^-1/2 L^-1 T^T tau of forces tau that stand `stride` apart */
@@ -147,18 +219,28 @@ static void project(const struct state *s, const num *tau, size_t stride, num *o
         out[a] *= num_sqrt(s->Mr[(size_t)n * a + a]);
 }
 
+/* Column of s->psi of row c */
+static uint32_t column_of(const struct state *s, uint32_t c)
+{
+    if (s->closings)
+        return TFA_V(constraint_column)(s, c);
+    return 6 * (c / s->tip_rows) + c % s->tip_rows;
+}
+
 static void projected_rows(struct state *s, tfa_reference_frame frame)
 {
-    const uint32_t n = s->tip_freedoms = s->m->freedoms - s->m->mimics, stride = tip_stride(s);
+    const uint32_t n = s->tip_freedoms = s->m->freedoms - s->m->mimics, stride = tip_stride(s),
+                   rows = all_tip_rows(s);
     num *column = s->force_row;
-    TFA_V(jacobian)(s, frame);
+    if (s->closings)
+        TFA_V(constraint_jacobian)(s);
+    else
+        TFA_V(jacobian)(s, frame);
     for (uint32_t c = 0; c < stride; c++) {
-        const uint32_t t = c / s->tip_rows, e = c % s->tip_rows;
-        if (t < s->tips)
-            project(s, s->psi + 6 * t + e, 6 * s->tips, column);
+        if (c < rows)
+            project(s, s->psi + column_of(s, c), 6 * s->tips, column);
         for (uint32_t a = 0; a < n; a++)
-            s->phi[(size_t)stride * a + c] =
-                t < s->tips ? column[a] * tip_row_scale(s, e) : num_of(0);
+            s->phi[(size_t)stride * a + c] = c < rows ? column[a] * scale_of(s, c) : num_of(0);
     }
 }
 

@@ -27,6 +27,12 @@ static size_t size(const tfa_model *model, const struct tfa_lane_schedule *sched
     return state_walk(model, TFA_V(body_lanes_extent)(model, schedule), NULL, &none);
 }
 
+/* 1: the answer takes what the inward pass leaves of forces */
+static inline int leaves_forces(const tfa_request *r)
+{
+    return (TFA_OP_BIT(r->op) & (TFA_OPS_TASK | TFA_OPS_CONSTRAINED_FD)) != 0;
+}
+
 static int body_lanes_answer(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply)
 {
     TFA_V(load)(s, r, k, 1);
@@ -36,7 +42,7 @@ static int body_lanes_answer(struct state *s, const tfa_request *r, uint32_t k, 
         TFA_V(aba_factor)(s);
         return sentinel_trips(s) ? TFA_ANSWERED_SENTINEL : TFA_ANSWERED;
     }
-    const int only_forces = r->op == TFA_OP_TASK_TORQUES;
+    const int only_forces = leaves_forces(r);
     TFA_V(aba)(s, s->tau, only_forces ? NULL : s->qdd);
     if (!only_forces && !TFA_V(unload_qdd)(s, k, reply))
         return TFA_NOT_ANSWERED;
@@ -129,20 +135,61 @@ static inline void copy_body(const struct state *s, uint32_t i, int forces,
         copy_lane((double *)to->u + i, &s->u[k], 1, l);
 }
 
-/* From each tip to the first body that is copied already */
+/* Bodies that carry a tip or a frame of an active constraint. Returns their number. */
+static uint32_t carriers_of(const struct tfa_model *m, const tfa_request *r,
+                            int32_t out[2 * TFA_MAX_CONSTRAINTS])
+{
+    uint32_t n = 0;
+    for (uint32_t t = 0; r->op != TFA_OP_CONSTRAINED_DYNAMICS && t < r->tip_count; t++)
+        out[n++] = m->frame[r->tips[t]].body;
+    for (uint32_t c = 0; r->op == TFA_OP_CONSTRAINED_DYNAMICS && c < m->constraints; c++)
+        for (int side = 0; side < 2; side++)
+            if (r->constraints >> c & 1 && m->closure[c].frame[side] >= 0)
+                out[n++] = m->frame[m->closure[c].frame[side]].body;
+    return n;
+}
+
+/* From each of these to the first body that was visited already */
+#define FOR_EACH_CARRIER(m, r, i)                                                                  \
+    uint8_t visited_[TFA_BODY_LANES_BODIES_MAX] = {0};                                             \
+    int32_t carrier_[2 * TFA_MAX_CONSTRAINTS];                                                     \
+    const uint32_t carriers_ = carriers_of(m, r, carrier_);                                        \
+    for (uint32_t at_ = 0; at_ < carriers_; at_++)                                                 \
+        for (int32_t i = carrier_[at_]; i >= 0 && !visited_[i];                                    \
+             visited_[i] = 1, i = (m)->body[i].parent)
+
 static void copy_tip_factors(const struct state *s, const tfa_request *r,
                              const struct tfa_factor_buffers *to)
 {
-    uint8_t copied[TFA_BODY_LANES_BODIES_MAX] = {0};
-    const int forces = r->op == TFA_OP_TASK_TORQUES;
+    const int forces = leaves_forces(r);
     if (forces)
         *to->moving = s->moving;
-    for (uint32_t t = 0; t < r->tip_count; t++)
-        for (int32_t i = s->m->frame[r->tips[t]].body; i >= 0 && !copied[i];
-             i = s->m->body[i].parent) {
-            copy_body(s, (uint32_t)i, forces, to);
-            copied[i] = 1;
-        }
+    FOR_EACH_CARRIER(s->m, r, i)
+    {
+        copy_body(s, (uint32_t)i, forces, to);
+    }
+}
+
+static int body_lanes_accelerate(struct state *s, const tfa_request *r,
+                                 const struct tfa_factor_buffers *from, uint32_t k,
+                                 tfa_reply *reply)
+{
+    FOR_EACH_CARRIER(s->m, r, i)
+    {
+        const struct tfa_body *b = &s->m->body[i];
+        const uint32_t step = s->step_of[i];
+        const double *u =
+            b->n > 1
+                ? (const double *)(from->joint_nd_u + from->joint_nd_bytes * (size_t)b->joint_nd)
+                : (const double *)from->u + i;
+        num *to = b->n > 1 ? s->joint_nd[b->joint_nd].u : &s->u[step];
+        for (uint32_t l = 0; l < NUM_LANES; l++) /* idle lanes have it for their own branches */
+            for (uint32_t e = 0;
+                 s->lane_constants[step].lane_body.lane[l] == (uint32_t)i && e < b->n; e++)
+                ((aliased_double *)(to + e))[l] = u[e];
+    }
+    TFA_V(aba_outward)(s, s->qdd);
+    return TFA_V(unload_qdd)(s, k, reply);
 }
 
 static void copy_forces(struct state *s, const tfa_reply *reply,
@@ -171,5 +218,6 @@ const struct tfa_body_lanes_kernel TFA_V(body_lanes) = {
     .answer = body_lanes_answer,
     .estimate = estimate,
     .copy_factors = copy_tip_factors,
+    .accelerate = body_lanes_accelerate,
     .copy_forces = copy_forces,
 };

@@ -13,6 +13,7 @@
 #include "dynamics/kinematics/frame.h"
 #if NUM_LANES == 1
 #include "dynamics/kinematics/tip_motion.h"
+#include "dynamics/osim/constraint_rows.h"
 #endif
 #include "dynamics/solve/load.h"
 #include "dynamics/solve/method.h"
@@ -220,9 +221,29 @@ static int answer_task(struct state *s, const tfa_request *request, uint32_t k, 
 {
     tfa_reply part = *reply;
     part.qdd = part.base_acceleration = NULL;
+    if (s->closings)
+        part.lambda_inv = NULL; /* the tips are not the request's */
     const int status = TFA_V(answer_forward)(s, request, k, &part, answer);
     reply->field = part.field;
     reply->index = part.index;
+    return status;
+}
+
+/* The tips of the request give way to the links of its constraints. */
+static int answer_constrained(struct state *s, const tfa_request *request, uint32_t k,
+                              tfa_reply *reply, tfa_answer *answer)
+{
+    TFA_V(constraints_activate)(s, request->constraints);
+    int status = TFA_OK;
+    if (request->op == TFA_OP_IMPACT)
+        status = TFA_V(answer_impact)(s, request, k, reply, answer);
+    else if (request->op == TFA_OP_CONSTRAINED_INVERSE_DYNAMICS)
+        status = TFA_V(answer_constrained_inverse)(s, request, k, reply, answer);
+    else
+        status = answer_task(s, request, k, reply, answer);
+    if (status == TFA_OK && request->op == TFA_OP_CONSTRAINED_DYNAMICS)
+        status = TFA_V(answer_constrained)(s, request, k, reply, answer);
+    load_tips(s, request);
     return status;
 }
 
@@ -245,6 +266,10 @@ static int answer_op(struct state *s, const tfa_request *request, uint32_t k, tf
         return TFA_V(answer_bias)(s, k, reply, answer);
     case TFA_OP_TASK_TORQUES:
         return answer_task(s, request, k, reply, answer);
+    case TFA_OP_CONSTRAINED_DYNAMICS:
+    case TFA_OP_IMPACT:
+    case TFA_OP_CONSTRAINED_INVERSE_DYNAMICS:
+        return answer_constrained(s, request, k, reply, answer);
 #endif
     case TFA_OP_DERIVATIVES:
         return TFA_V(answer_derivatives)(s, request, k, reply, answer);

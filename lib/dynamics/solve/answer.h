@@ -105,6 +105,39 @@ void TFA_V(task_error)(struct state *s, const tfa_request *r, uint32_t k);
  * where directions are lost and forces were given. */
 int TFA_V(answer_operational)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
                               tfa_answer *answer);
+/* Constrained dynamics; the same. Needs constraints_activate before forward dynamics. */
+int TFA_V(answer_constrained)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
+                              tfa_answer *answer);
+/* Its steps: forces, and with s->keeps_force what they leave of u; the residual of s->qdd. Returns
+ * 1 when all of it is finite. */
+int TFA_V(constraint_forces)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
+                             tfa_answer *answer);
+int TFA_V(constraint_residual)(struct state *s, uint32_t k, tfa_reply *reply);
+/* As a kernel offers it, see kernel_table.h. */
+int TFA_V(residual_of_reply)(struct state *s, uint32_t k, tfa_reply *reply);
+/* The same of impact, and of inverse dynamics under constraints */
+int TFA_V(answer_impact)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
+                         tfa_answer *answer);
+int TFA_V(answer_constrained_inverse)(struct state *s, const tfa_request *r, uint32_t k,
+                                      tfa_reply *reply, tfa_answer *answer);
+/* ---- steps of several of them ---- */
+/* Errors of position and velocity to the reply; s->relative */
+void TFA_V(constraint_errors)(struct state *s, uint32_t k, tfa_reply *reply);
+/* x = a - J_c-dot v of held rows: what J_c qdd is to be */
+void TFA_V(constraint_wanted)(const struct state *s, const tfa_request *r, uint32_t k, num *x);
+/* Held rows to their places among all six, 0 elsewhere. Returns 1 when all are finite. */
+int TFA_V(store_held)(const struct state *s, const num *x, double *out);
+/* The same of forces, with the flag of those that pull */
+int TFA_V(store_wrenches)(const struct state *s, const num *F, uint32_t k, tfa_reply *reply,
+                          tfa_answer *answer);
+/* Whose factors the rows of tips need */
+tfa_method TFA_V(method_of_tips)(const struct state *s);
+/* These factors and those for the tips, whichever method answers the rest. 0: not computed */
+int TFA_V(factor_tips)(struct state *s, const tfa_request *r, int estimated, tfa_rank *rank);
+/* s->task_force = s->tau - h */
+void TFA_V(subtract_bias)(struct state *s);
+/* y = Lambda (J M^-1 tau - x) */
+void TFA_V(force_of)(struct state *s, const num *tau, const num *x, num *y);
 int TFA_V(answer_lambda)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
                          tfa_answer *out);
 /* As a kernel offers it, see kernel_table.h. */

@@ -94,8 +94,8 @@ static int needs_lambda_inv(const struct state *s, const tfa_request *r, const t
 /* Task torques take what the inward pass of aba leaves, where nothing else reads qdd. */
 static int takes_force(const struct state *s, const tfa_request *r, tfa_method method, int refined)
 {
-    return r->op == TFA_OP_TASK_TORQUES && method == TFA_METHOD_ABA && !refined && !s->locked &&
-           !s->m->mimics && !HAS_MODES(s);
+    return TFA_OP_BIT(r->op) & (TRAIT_TASK | TRAIT_CONSTRAINED_FD) && method == TFA_METHOD_ABA &&
+           !refined && !s->locked && !s->m->mimics && !HAS_MODES(s);
 }
 
 /* Force propagation is not refined. */

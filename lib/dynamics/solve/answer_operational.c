@@ -57,8 +57,7 @@ static void tip_bias(struct state *s, const tfa_request *r, uint32_t t, num bias
 
 /* ---- task torques ---- */
 
-/* s->task_force = s->tau - h */
-static void subtract_bias(struct state *s)
+void TFA_V(subtract_bias)(struct state *s)
 {
     for (uint32_t j = 0; j < s->m->freedoms; j++)
         s->dx[j] = num_of(0);
@@ -94,13 +93,17 @@ void TFA_V(task_error)(struct state *s, const tfa_request *r, uint32_t k)
     if (s->keeps_force)
         return;
     find_unreached(s, r);
-    subtract_bias(s);
+    TFA_V(subtract_bias)(s);
 }
 
-/* Factors for the tips, whichever method answers the rest */
-static int factor_tips(struct state *s, const tfa_request *r, int estimated, tfa_rank *rank)
+tfa_method TFA_V(method_of_tips)(const struct state *s)
 {
-    const tfa_method method = s->m->mimics ? TFA_METHOD_CRBA : METHOD_OF_ESTIMATES;
+    return s->m->mimics ? TFA_METHOD_CRBA : METHOD_OF_ESTIMATES;
+}
+
+int TFA_V(factor_tips)(struct state *s, const tfa_request *r, int estimated, tfa_rank *rank)
+{
+    const tfa_method method = TFA_V(method_of_tips)(s);
     if (s->m->mimics && !reserves_method(s->methods, method))
         return 0; /* no memory for M */
     (void)TFA_V(factor)(s, method);
@@ -111,8 +114,7 @@ static int factor_tips(struct state *s, const tfa_request *r, int estimated, tfa
     return 1;
 }
 
-/* y = Lambda (J M^-1 tau - x) */
-static void force_of(struct state *s, const num *tau, const num *x, num *y)
+void TFA_V(force_of)(struct state *s, const num *tau, const num *x, num *y)
 {
     if (!s->m->mimics)
         TFA_V(solve_free)(s, METHOD_OF_ESTIMATES, tau, s->dx);
@@ -127,7 +129,7 @@ static int answer_torques(struct state *s, const tfa_request *r, uint32_t k, tfa
     if (s->keeps_force)
         TFA_V(lambda_force)(s, NULL, task_vector(s, ERROR), task_vector(s, FORCE));
     else
-        force_of(s, s->task_force, task_vector(s, ERROR), task_vector(s, FORCE));
+        TFA_V(force_of)(s, s->task_force, task_vector(s, ERROR), task_vector(s, FORCE));
     TFA_V(tips_jacobian_tmul)(s, r->frame, task_vector(s, FORCE), tau);
     for (uint32_t j = 0; s->locked && j < s->freedoms; j++)
         if (s->lock[j])
@@ -147,7 +149,7 @@ static int answer_p(struct state *s, uint32_t k, tfa_reply *reply)
 {
     const size_t n = all_tip_rows(s);
     TFA_V(gravity_force)(s, s->res);
-    force_of(s, s->res, NULL, task_vector(s, FORCE));
+    TFA_V(force_of)(s, s->res, NULL, task_vector(s, FORCE));
     return store_rows(reply->p + n * k, task_vector(s, FORCE), n);
 }
 
@@ -166,7 +168,7 @@ static int answer_mu(struct state *s, const tfa_request *r, uint32_t k, tfa_repl
         for (uint32_t e = 0; e < s->tip_rows; e++)
             bias[s->tip_rows * t + e] = x[e];
     }
-    force_of(s, s->res, bias, mu);
+    TFA_V(force_of)(s, s->res, bias, mu);
     return store_rows(reply->mu + n * k, mu, n);
 }
 
@@ -200,7 +202,7 @@ int TFA_V(answer_operational)(struct state *s, const tfa_request *r, uint32_t k,
 {
     const size_t n = all_tip_rows(s);
     tfa_rank rank;
-    if (!factor_tips(s, r, answer->flags & TFA_ANSWER_ESTIMATED, &rank))
+    if (!TFA_V(factor_tips)(s, r, answer->flags & TFA_ANSWER_ESTIMATED, &rank))
         return TFA_E_NOT_COMPUTED;
     if (rank.lost && s->keeps_force == KEEPS_FORCE_GIVEN)
         return TFA_E_NOT_COMPUTED;

@@ -7,6 +7,7 @@
  */
 #include "dynamics/core/sentinel.h"
 #include "dynamics/kinematics/tip_motion.h"
+#include "dynamics/osim/constraint_rows.h"
 #include "dynamics/solve/answer.h"
 #include "dynamics/solve/load.h"
 #include "dynamics/solve/method.h"
@@ -44,6 +45,21 @@ static int answer_task(struct state *s, const tfa_request *r, uint32_t k, tfa_re
            TFA_V(answer_operational)(s, r, k, reply, out) == TFA_OK;
 }
 
+/* The same of constrained dynamics: forces, and what they leave of u for the other kernel */
+static int answer_constraints(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
+                              tfa_answer *out)
+{
+    s->keeps_force = KEEPS_FORCE_GIVEN;
+    TFA_V(constraints_activate)(s, r->constraints);
+    return TFA_V(constraint_forces)(s, r, k, reply, out) == TFA_OK;
+}
+
+int TFA_V(residual_of_reply)(struct state *s, uint32_t k, tfa_reply *reply)
+{
+    TFA_V(load_accelerations)(s, reply->base_acceleration, reply->qdd);
+    return TFA_V(constraint_residual)(s, k, reply);
+}
+
 /* The other's factors are those of some bodies at a q that was never loaded: nothing is kept. */
 int TFA_V(answer_tips)(struct state *s, const tfa_request *r, struct tfa_resolved by, uint32_t k,
                        tfa_reply *reply, tfa_answer *out)
@@ -58,12 +74,16 @@ int TFA_V(answer_tips)(struct state *s, const tfa_request *r, struct tfa_resolve
     sentinel_reset(s); /* of these factors it was asked before */
     if (motion)
         TFA_V(locate_tips)(s);
-    if (motion || r->op == TFA_OP_TASK_TORQUES) { /* poses came with the factors, these did not */
+    if (motion ||
+        TFA_OP_BIT(r->op) &
+            (TRAIT_TASK | TRAIT_CONSTRAINED_FD)) { /* poses came with the factors, these did not */
         (void)TFA_V(load_freedoms)(s, s->qd, r->base_twist, r->v);
         TFA_V(leave_boost)(s);
     }
     if (r->op == TFA_OP_TASK_TORQUES)
         finite = answer_task(s, r, k, reply, out);
+    else if (r->op == TFA_OP_CONSTRAINED_DYNAMICS)
+        finite = answer_constraints(s, r, k, reply, out);
     else if (r->op == TFA_OP_OPERATIONAL_INERTIA)
         finite = TFA_V(answer_lambda)(s, r, k, reply, out) == TFA_OK;
     else if (reply->lambda_inv)

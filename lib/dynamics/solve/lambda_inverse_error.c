@@ -10,6 +10,7 @@
 
 #include "dynamics/core/recursions.h"
 #include "dynamics/kinematics/tip_motion.h"
+#include "dynamics/osim/constraint_rows.h"
 #include "dynamics/osim/lambda_inverse.h"
 #include "dynamics/solve/answer.h"
 #include "dynamics/solve/load.h"
@@ -37,24 +38,48 @@ static void probe(const struct state *s, num *F)
         for (uint32_t j = 0; is_inverted(s, k) && j < n; j++)
             F[j] += sign_of(k) * s->direction[(size_t)tip_stride(s) * k + j] / s->eigenvalue[k];
     for (uint32_t j = 0; j < n; j++)
-        F[j] *= tip_row_scale(s, j % s->tip_rows);
+        F[j] *= scale_of(s, j);
 }
 
-/* x = J M^-1 J^T F in the metric, refined */
-static void accelerate(struct state *s, const tfa_request *r, const num *F, num *x)
+/* tau = J^T F */
+static void force_of_tips(struct state *s, const tfa_request *r, const num *F, num *tau)
+{
+    if (!s->closings) {
+        TFA_V(tips_jacobian_tmul)(s, tip_metric_frame(r), F, tau);
+        return;
+    }
+    for (uint32_t j = 0; j < s->freedoms; j++)
+        tau[j] = num_of(0);
+    TFA_V(constraint_force)(s, F, tau);
+}
+
+/* x = J qdd */
+static void motion_of_tips(struct state *s, const tfa_request *r, num *x)
 {
     const uint32_t rows = s->tip_rows;
-    TFA_V(tips_jacobian_tmul)(s, tip_metric_frame(r), F, s->tau);
-    TFA_V(gather_on_leaders)(s, s->tau);
-    TFA_V(solve_refined)(s, TFA_V(last_resort)(s), 1, 1);
+    if (s->closings) {
+        TFA_V(constraint_motion)(s, s->qdd, x);
+        return;
+    }
     for (uint32_t t = 0; t < s->tips; t++) {
         struct tip at;
         num a[6];
         TFA_V(tip_locate)(s, t, tip_metric_frame(r), &at);
         TFA_V(tip_jacobian_mul)(s, &at, s->qdd, a);
         for (uint32_t e = 0; e < rows; e++)
-            x[rows * t + e] = a[e] * tip_row_scale(s, e);
+            x[rows * t + e] = a[e];
     }
+}
+
+/* x = J M^-1 J^T F in the metric, refined */
+static void accelerate(struct state *s, const tfa_request *r, const num *F, num *x)
+{
+    force_of_tips(s, r, F, s->tau);
+    TFA_V(gather_on_leaders)(s, s->tau);
+    TFA_V(solve_refined)(s, TFA_V(last_resort)(s), 1, 1);
+    motion_of_tips(s, r, x);
+    for (uint32_t j = 0; j < all_tip_rows(s); j++)
+        x[j] *= scale_of(s, j);
 }
 
 double TFA_V(lambda_inverse_error)(struct state *s, const tfa_request *r)

@@ -191,6 +191,13 @@ const num *TFA_V(world_accelerations)(const struct state *s)
     return s->boosted ? s->dx : s->qdd;
 }
 
+void TFA_V(round_accelerations)(struct state *s)
+{
+    const num *world = TFA_V(world_accelerations)(s);
+    for (uint32_t j = 0; s->boosted && j < s->freedoms; j++)
+        s->qdd[j] = shifted(world[j], s->boost_rate[j]);
+}
+
 static void load_motion(struct state *s, const tfa_request *r)
 {
     clear_passive_force(s);

@@ -16,6 +16,18 @@
  * lanes that are left over: pose and velocity terms are computed too. */
 void TFA_V(load)(struct state *s, const tfa_request *r, uint32_t k, uint32_t count);
 
+/* The tips of the request */
+static inline void load_tips(struct state *s, const tfa_request *r)
+{
+    s->tips = r->tip_count;
+    s->closings = 0;
+    s->located = 0;
+    s->path_body = -1;
+    s->tip_rows = rows_of(r);
+    for (uint32_t t = 0; t < r->tip_count; t++)
+        s->tip[t] = r->tips[t];
+}
+
 /* First part of load: the indices of states and tips, and gravity. */
 static inline void load_indices(struct state *s, const tfa_request *r, uint32_t k, uint32_t count)
 {
@@ -23,15 +35,10 @@ static inline void load_indices(struct state *s, const tfa_request *r, uint32_t 
     for (uint32_t l = 0; l < NUM_LANES; l++)
         s->lane[l] = k + (l < count ? l : count - 1);
     s->gravity = v3_load(r->gravity ? r->gravity : s->m->gravity);
-    s->tips = r->tip_count;
-    s->located = 0;
-    s->path_body = -1;
-    s->tip_rows = rows_of(r);
+    load_tips(s, r);
     s->keeps_psi = r->op == TFA_OP_TASK_TORQUES || (r->flags & FLAGS_LAMBDA) != 0;
     s->psi_frame = -1;
     s->keeps_force = 0;
-    for (uint32_t t = 0; t < r->tip_count; t++)
-        s->tip[t] = r->tips[t];
 }
 
 /* A number of the lanes that count into the arrays of as many states, `stride` numbers each */
@@ -73,6 +80,9 @@ void TFA_V(load_forces)(struct state *s, const double *base, const double *joint
  * has such a frame for its tree. s->qd -> qd and boost = V; s->qdd is in the frame from here on. A
  * locked joint and a rotor act on the components themselves: such a body keeps its velocity. */
 void TFA_V(leave_boost)(struct state *s);
+
+/* s->qdd as load_accelerations makes it of what unload_qdd wrote */
+void TFA_V(round_accelerations)(struct state *s);
 
 /* s->qdd from public accelerations. Needs leave_boost. */
 void TFA_V(load_accelerations)(struct state *s, const double *base, const double *joints);

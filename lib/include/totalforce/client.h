@@ -73,6 +73,9 @@ typedef struct tfa_client_info {
     const char *const *frame_names; /**< frame_count link names; the index is the frame index */
     uint32_t mode_count;            /**< as tfa_model_mode_count */
     const uint32_t *mode_frames;    /**< mode_count frame indices of the flexible links */
+    uint32_t constraint_count;      /**< as tfa_model_constraint_count */
+    const char *const *constraint_names; /**< constraint_count; the index is the bit in
+                                              tfa_request.constraints */
     const char *model_hash;         /**< 64 hexadecimal digits, as tfa_model_hash_text */
     tfa_wait wait;                  /**< granted */
     int32_t daemon_pid;             /**< process id of the daemon */

@@ -102,6 +102,47 @@ typedef struct tfa_unused {
     size_t count;     /**< occurrences */
 } tfa_unused;
 
+#define TFA_MAX_CONSTRAINTS 32 /**< constraints of a model, those of file and scene */
+
+/* Rows that a constraint holds: bit k is component k of the relative motion, linear x y z, angular
+ * x y z. */
+#define TFA_CONSTRAINT_POINT 0x07u /**< one point */
+#define TFA_CONSTRAINT_HINGE 0x1fu /**< all but the rotation about z */
+#define TFA_CONSTRAINT_WELD 0x3fu  /**< all */
+/** Words of sets of rows, which YAML, JSON and Python combine: X(rows, word) */
+#define TFA_CONSTRAINT_WORDS(X)                                                                    \
+    X(TFA_CONSTRAINT_POINT, "point")                                                               \
+    X(TFA_CONSTRAINT_HINGE, "hinge")                                                               \
+    X(TFA_CONSTRAINT_WELD, "weld")                                                                 \
+    X(0x01u, "x")                                                                                  \
+    X(0x02u, "y")                                                                                  \
+    X(0x04u, "z")                                                                                  \
+    X(0x08u, "rx")                                                                                 \
+    X(0x10u, "ry")                                                                                 \
+    X(0x20u, "rz")
+
+/**
+ * A bilateral constraint between two frames: a loop that the tree of the file leaves open, or a
+ * contact with the ground. The relative motion of the second frame, by axes of the first,
+ *
+ *     w = [R1^T (v2 - v1); R1^T (w2 - w1)] = J_c v,     v_k: velocity of the frame's origin
+ *
+ * is held in the chosen rows: requests say when, and which accelerations dw/dt they want
+ * (constrained_dynamics).
+ */
+typedef struct tfa_constraint {
+    const char *name;    /**< unique among the constraints */
+    const char *link[2]; /**< names in the file; one may be NULL: the world, with a fixed base the
+                              root link's frame */
+    double pose[2][7];   /**< of the two frames in their links: x y z (m), quaternion x y z w; four
+                              zeros: axes of the link */
+    uint32_t rows;       /**< TFA_CONSTRAINT_ or any other choice, at least one */
+    uint32_t unilateral; /**< 1: its force along z of the first frame can only push the second one
+                              away, as the ground a foot; answers name it where it would have to
+                              pull (TFA_ANSWER_PULLS) */
+    uint32_t line;       /**< of its declaration in the file; 0 if unknown */
+} tfa_constraint;
+
 /** A tree of links: exactly one link, the root, is not the child of a joint. */
 typedef struct tfa_description {
     const char *name;         /**< of the robot */
@@ -111,6 +152,9 @@ typedef struct tfa_description {
     size_t joint_count;       /**< of joints */
     const tfa_unused *unused; /**< in order of first occurrence; a model's report notes each */
     size_t unused_count;      /**< of unused */
+    tfa_constraint *constraints; /**< loops that the tree leaves open; a model has those whose links
+                                      are in its scene and move against each other */
+    size_t constraint_count;     /**< of constraints */
 } tfa_description;
 
 #define TFA_URDF_PATH_MAX 4096 /**< bytes of a path, its NUL included */

@@ -47,8 +47,14 @@ typedef enum tfa_op {
                                          tau, lambda_inv, rank */
     TFA_OP_DERIVATIVES = 8,         /**< q, v, tau -> dqdd_dq, dqdd_dv, dqdd_dtau */
     TFA_OP_INVERSE_DYNAMICS_DERIVATIVES = 9, /**< q, v, qdd -> dtau_dq, dtau_dv; dtau/dqdd is M */
+    TFA_OP_CONSTRAINED_DYNAMICS = 10, /**< q, v, tau, constraints -> qdd, constraint_wrenches,
+                                           constraint_residual, their errors, rank */
+    TFA_OP_IMPACT = 11, /**< q, v, constraints -> v and base_twist after the impact, impulses,
+                             velocities of the constraints before and after, rank */
+    TFA_OP_CONSTRAINED_INVERSE_DYNAMICS = 12, /**< q, v, qdd, constraints -> tau, base_wrench,
+                                                   constraint_wrenches, constraint_residual, rank */
 } tfa_op;
-#define TFA_OP_LAST TFA_OP_INVERSE_DYNAMICS_DERIVATIVES /**< largest tfa_op */
+#define TFA_OP_LAST TFA_OP_CONSTRAINED_INVERSE_DYNAMICS /**< largest tfa_op */
 /** Their words: X(value, word) */
 #define TFA_OP_WORDS(X)                                                                            \
     X(TFA_OP_FORWARD_DYNAMICS, "forward_dynamics")                                                 \
@@ -59,7 +65,10 @@ typedef enum tfa_op {
     X(TFA_OP_BIAS, "bias")                                                                         \
     X(TFA_OP_TASK_TORQUES, "task_torques")                                                         \
     X(TFA_OP_DERIVATIVES, "derivatives")                                                           \
-    X(TFA_OP_INVERSE_DYNAMICS_DERIVATIVES, "inverse_dynamics_derivatives")
+    X(TFA_OP_INVERSE_DYNAMICS_DERIVATIVES, "inverse_dynamics_derivatives")                         \
+    X(TFA_OP_CONSTRAINED_DYNAMICS, "constrained_dynamics")                                         \
+    X(TFA_OP_IMPACT, "impact")                                                                     \
+    X(TFA_OP_CONSTRAINED_INVERSE_DYNAMICS, "constrained_inverse_dynamics")
 
 /** Sets of ops: one bit for each. */
 #define TFA_OP_BIT(op) (1u << (op))
@@ -70,12 +79,21 @@ typedef enum tfa_op {
 #define TFA_OPS_TASK TFA_OP_BIT(TFA_OP_TASK_TORQUES)        /**< one op */
 #define TFA_OPS_DERIVATIVES TFA_OP_BIT(TFA_OP_DERIVATIVES)  /**< one op */
 #define TFA_OPS_ID_DERIVATIVES TFA_OP_BIT(TFA_OP_INVERSE_DYNAMICS_DERIVATIVES) /**< one op */
+#define TFA_OPS_CONSTRAINED_FD TFA_OP_BIT(TFA_OP_CONSTRAINED_DYNAMICS)         /**< one op */
+#define TFA_OPS_IMPACT TFA_OP_BIT(TFA_OP_IMPACT)                               /**< one op */
+#define TFA_OPS_CONSTRAINED_ID TFA_OP_BIT(TFA_OP_CONSTRAINED_INVERSE_DYNAMICS) /**< one op */
+/** Ops with constraints */
+#define TFA_OPS_CONSTRAINED (TFA_OPS_CONSTRAINED_FD | TFA_OPS_IMPACT | TFA_OPS_CONSTRAINED_ID)
+/** Those of them that solve M x = b */
+#define TFA_OPS_CONSTRAINED_SOLVE (TFA_OPS_CONSTRAINED_FD | TFA_OPS_IMPACT)
 /** Passes of the recursive Newton-Euler algorithm, and its derivatives */
 #define TFA_OPS_RNEA                                                                               \
-    (TFA_OPS_ID | TFA_OP_BIT(TFA_OP_KINEMATICS) | TFA_OP_BIT(TFA_OP_BIAS) | TFA_OPS_ID_DERIVATIVES)
+    (TFA_OPS_ID | TFA_OP_BIT(TFA_OP_KINEMATICS) | TFA_OP_BIT(TFA_OP_BIAS) |                        \
+     TFA_OPS_ID_DERIVATIVES | TFA_OPS_CONSTRAINED_ID)
 #define TFA_OPS_SOLVE (TFA_OPS_FD | TFA_OPS_OSIM | TFA_OPS_TASK) /**< solutions of M x = b */
 #define TFA_OPS_ALL                                                                                \
-    (TFA_OPS_SOLVE | TFA_OPS_RNEA | TFA_OPS_M | TFA_OPS_DERIVATIVES) /**< every op */
+    (TFA_OPS_SOLVE | TFA_OPS_RNEA | TFA_OPS_M | TFA_OPS_DERIVATIVES |                              \
+     TFA_OPS_CONSTRAINED_SOLVE) /**< every op */
 
 /**
  * Robots and requests that a method refuses. The request fails (tfa_compute lists the statuses); no
@@ -107,10 +125,11 @@ typedef enum tfa_refusal {
       "chosen by the model and the request")                                                       \
     X(RNEA, 1, "rnea", TFA_OPS_RNEA, RNEA, "O(N)", TFA_REFUSES_NOTHING,                            \
       "recursive Newton-Euler: inverse dynamics, its derivatives, bias forces, kinematics")        \
-    X(CRBA, 2, "crba", TFA_OPS_SOLVE | TFA_OPS_M | TFA_OPS_DERIVATIVES, CRBA, "O(N d^2)",          \
-      TFA_REFUSES_LOCKED | TFA_REFUSES_SIZE | TFA_REFUSES_MODES,                                   \
+    X(CRBA, 2, "crba",                                                                             \
+      TFA_OPS_SOLVE | TFA_OPS_M | TFA_OPS_DERIVATIVES | TFA_OPS_CONSTRAINED_SOLVE, CRBA,           \
+      "O(N d^2)", TFA_REFUSES_LOCKED | TFA_REFUSES_SIZE | TFA_REFUSES_MODES,                       \
       "composite rigid bodies and sparse LTDL")                                                    \
-    X(ABA, 3, "aba", TFA_OPS_SOLVE | TFA_OPS_DERIVATIVES, ABA, "O(N)",                             \
+    X(ABA, 3, "aba", TFA_OPS_SOLVE | TFA_OPS_DERIVATIVES | TFA_OPS_CONSTRAINED_SOLVE, ABA, "O(N)", \
       TFA_REFUSES_MASSLESS_FOLLOWER, "articulated bodies; lambda_inv by force propagation")        \
     X(TFA, 4, "tfa", TFA_OPS_SOLVE, TFA, "O(N)", TFA_RIGID_REFUSES,                                \
       "total force algorithm, block LU; lambda_inv by (74)-(78)")                                  \

@@ -130,6 +130,11 @@ typedef struct tfa_scene {
     size_t payload_count;        /**< of payloads */
     const tfa_link_modes *modes; /**< flexible links, each once */
     size_t modes_count;          /**< of modes */
+    const tfa_constraint *constraints; /**< besides those of the file */
+    size_t constraint_count;           /**< of constraints */
+    const char *const *actuated;       /**< joints with a motor (constrained_inverse_dynamics);
+                                            a mimic's follower stands for its leader */
+    size_t actuated_count;             /**< of actuated; 0: all joints have one */
 } tfa_scene;
 
 #define TFA_SNAP_MAX 0.01 /**< largest tfa_model_options.snap, rad */
@@ -161,6 +166,7 @@ typedef struct tfa_joint_info {
     uint32_t v_count;    /**< number of them */
     uint32_t body;       /**< index of the body that it moves */
     double armature;     /**< reflected rotor inertia in use, kg m^2 or kg */
+    uint32_t actuated;   /**< 1: it has a motor (tfa_scene.actuated) */
 } tfa_joint_info;
 
 /** Role of a joint of the file in the model. */
@@ -213,6 +219,14 @@ typedef struct tfa_frame_info {
     const char *name; /**< of the link */
     int32_t body;     /**< body that carries the frame; -1: fixed to the world */
 } tfa_frame_info;
+
+/** A constraint of a model: bit k of tfa_request.constraints is the k-th. */
+typedef struct tfa_constraint_info {
+    const char *name;    /**< as in the file or the scene */
+    int32_t frame[2];    /**< of its links; -1: the world */
+    uint32_t rows;       /**< that it holds, as tfa_constraint.rows */
+    uint32_t unilateral; /**< as tfa_constraint.unilateral */
+} tfa_constraint_info;
 
 /** A mode of a flexible link: one modal coordinate of requests. */
 typedef struct tfa_mode_info {
@@ -341,6 +355,13 @@ TFA_API uint32_t tfa_model_joint_count(const tfa_model *model);
 TFA_API tfa_joint_info tfa_model_joint(const tfa_model *model, uint32_t joint);
 /** Index of the public joint with this name, or -1. */
 TFA_API int32_t tfa_model_find_joint(const tfa_model *model, const char *name);
+/** Number of constraints. */
+TFA_API uint32_t tfa_model_constraint_count(const tfa_model *model);
+/** Constraint `constraint`: those of the file, then those of the scene; name NULL if it does not
+ *  exist. */
+TFA_API tfa_constraint_info tfa_model_constraint(const tfa_model *model, uint32_t constraint);
+/** Index of the constraint with this name, or -1. */
+TFA_API int32_t tfa_model_find_constraint(const tfa_model *model, const char *name);
 /** Number of modes of all flexible links: of modal coordinates in requests. */
 TFA_API uint32_t tfa_model_mode_count(const tfa_model *model);
 /** Mode `mode`, link by link in the order of the frames; link NULL if it does not exist. */

@@ -76,7 +76,7 @@ typedef enum tfa_rows {
  * lambda_inv = V diag(d) V^T; d above a threshold t is always inverted to 1/d. Up to t, instead:
  */
 typedef enum tfa_rank_loss {
-    TFA_RANK_DEFAULT = 0,  /**< damp with task torques, otherwise truncate */
+    TFA_RANK_DEFAULT = 0,  /**< damp with task torques and constraints, otherwise truncate */
     TFA_RANK_TRUNCATE = 1, /**< 0: the pseudoinverse (Moore-Penrose), which jumps at t */
     TFA_RANK_DAMP = 2,     /**< d/t^2: damped least squares by direction, with the damping
                                 t^2 - d^2, continuous at d = t (Nakamura and Hanafusa 1986;
@@ -146,7 +146,8 @@ typedef enum tfa_residual {
 #define TFA_WANT_MU 0x400u               /**< mu and what lambda answers; reads v and gravity */
 #define TFA_WANT_P 0x800u                /**< p and what lambda answers; reads gravity */
 #define TFA_WANT_JOINT_FORCES 0x1000u    /**< joint_forces, with forward and inverse dynamics */
-#define TFA_WANT_ALL 0x1fffu             /**< every flag */
+#define TFA_WANT_DELASSUS 0x2000u        /**< delassus, with constrained_dynamics and impact */
+#define TFA_WANT_ALL 0x3fffu             /**< every flag */
 
 /**
  * One request. Zero-initialise, then set the inputs of the op. An array holds `count` states one
@@ -165,7 +166,10 @@ typedef struct tfa_request {
     uint32_t payload_count;      /**< 0..TFA_MAX_PAYLOADS, in addition to those of the model */
     uint32_t locked_count;       /**< joints locked for this request, at most joint_count */
     tfa_rows rows;               /**< of every tip */
-    tfa_rank_loss rank_loss;     /**< of lambda and task torques */
+    tfa_rank_loss rank_loss;     /**< of lambda, task torques and constraints */
+    uint32_t constraints;        /**< active ones: bits of tfa_model_constraint (ops of
+                                      TFA_OPS_CONSTRAINED); each of their frames on a link takes
+                                      one of the workspace's max_tips */
     uint32_t tips[TFA_MAX_TIPS]; /**< frame indices */
     uint32_t wrench_frames[TFA_MAX_WRENCHES];  /**< frame indices */
     uint32_t payload_frames[TFA_MAX_PAYLOADS]; /**< frame indices */
@@ -191,6 +195,17 @@ typedef struct tfa_request {
                                  `frame` of their links */
     const double *task_acceleration; /**< count x r m, m/s^2 and rad/s^2: desired accelerations of
                                           the tips (task torques), as J qdd + bias_acceleration */
+    const double
+        *constraint_acceleration; /**< count x 6 c, m/s^2 and rad/s^2: wanted dw/dt of the c
+                                       active constraints, of which the held rows are read; NULL:
+                                       zero */
+    const double
+        *stabilisation; /**< 2, 1/s^2 and 1/s, not negative: gains of the errors of position
+                                       and velocity (Baumgarte 1972), k0 and k1 of
+                                       dw/dt = wanted - k0 position - k1 w; of impact k0 in 1/s,
+                                       w = - k0 position after it; NULL: zero */
+    const double *torque_weights;    /**< v_count, above 0: weights of squared torques
+                                       (constrained_inverse_dynamics); NULL: 1 */
     const double *rank_threshold;    /**< 1, relative to the sum of the eigenvalues d, above 0 and
                                        below 1; NULL: TFA_RANK_THRESHOLD_DAMP where directions are
                                        damped, else TFA_RANK_THRESHOLD */
@@ -223,6 +238,8 @@ typedef struct tfa_request {
 /** Directions of the tips are at or below the threshold of rank_loss: they were damped or cut off,
  *  see tfa_rank and tfa_reply.lost. */
 #define TFA_ANSWER_RANK_LOSS 256u
+/** A unilateral constraint would have to pull: its force along z of the first frame is below 0. */
+#define TFA_ANSWER_PULLS 1024u
 /** A modal coordinate exceeds the limit of its mode: the answer is that of the modes beyond it. */
 #define TFA_ANSWER_MODE_LIMIT 512u
 
@@ -309,6 +326,10 @@ typedef enum tfa_field {
     TFA_FIELD_BODY, /**< singular inertia: `index` is the frame of the link that names the body */
     TFA_FIELD_COST, /**< a daemon refuses it (max_state_us): a state of this kind takes `index` us,
                          `state` us are the most */
+    TFA_FIELD_CONSTRAINTS, /**< active ones; of a limit `index` is the number */
+    TFA_FIELD_CONSTRAINT_ACCELERATION,
+    TFA_FIELD_STABILISATION,
+    TFA_FIELD_TORQUE_WEIGHTS,
 } tfa_field;
 
 /** Name of a field in JSON: "q", "base_pose", ...; "" for any other number. Static storage. Any
@@ -404,6 +425,22 @@ typedef struct tfa_reply {
                                     dynamics, the base first, columns as dqdd_dq
                                     (inverse_dynamics_derivatives) */
     double *dtau_dv;           /**< count x n x n (inverse_dynamics_derivatives) */
+    double *constraint_wrenches; /**< count x 6 c, N and N m (ops of TFA_OPS_CONSTRAINED, as the
+                                    next three): of each active constraint the wrench F on its
+                                    second frame, at that frame's origin, and -F on its first one,
+                                    axes of the first; 0 in rows that it does not hold. Of impact
+                                    impulses, N s and N m s */
+    double *constraint_position; /**< count x 6 c: where the second frame stands in the first, m;
+                                    rotation, rad: of the held rows, to first order, 0 where they
+                                    are met */
+    double *constraint_velocity; /**< count x 6 c: w, m/s and rad/s; before the impact */
+    double *constraint_residual; /**< count x 6 c: dw/dt - (wanted - k0 position - k1 w), m/s^2 and
+                                    rad/s^2, of the held rows: rounding, and what a lost rank gives
+                                    up; of impact w + k0 position after it */
+    double *delassus;            /**< count x 6 c x 6 c, with TFA_WANT_DELASSUS: J_c M^-1 J_c^T of
+                                    the held rows, 0 in the others */
+    double *v;                   /**< count x v_count, rad/s or m/s: after the impact */
+    double *base_twist;          /**< count x 6, m/s and rad/s: after the impact */
     tfa_answer *answers;       /**< count */
 } tfa_reply;
 

@@ -126,16 +126,19 @@ typedef struct tfa_names {
     uint32_t joint_count;   /**< length of joints */
     uint32_t frame_count;   /**< length of frames */
     uint32_t mode_count;    /**< length of mode_frames */
+    uint32_t constraint_count; /**< length of constraints */
     tfa_joint_span *joints; /**< in declared order */
     const char **frames;    /**< link names; the index is the frame index */
     uint32_t *by_name;      /**< joints, then frames, each in the order of their names */
     uint32_t *mode_frames;  /**< of each modal coordinate, the frame index of its link */
+    const char **constraints; /**< names; the index is the bit in tfa_request.constraints */
 } tfa_names;
 
 /** Names of a model, which must outlive them. @return TFA_OK, TFA_E_MEMORY (empty). */
 TFA_API TFA_CHECKED int tfa_names_of_model(tfa_names *names, const tfa_model *model);
 /** Names of the robot of a connection, which must outlive them. @return TFA_OK, TFA_E_MEMORY,
- *  TFA_E_PROTOCOL (the joints do not add up to q_count and v_count); empty on an error. */
+ *  TFA_E_PROTOCOL (the joints do not add up to q_count and v_count, or there are more than
+ *  TFA_MAX_CONSTRAINTS constraints); empty on an error. */
 TFA_API TFA_CHECKED int tfa_names_of_info(tfa_names *names, const char *robot,
                                           const tfa_client_info *info);
 /** Releases the memory and leaves the names empty. */
@@ -145,12 +148,23 @@ TFA_API void tfa_names_free(tfa_names *names);
 TFA_API int32_t tfa_names_joint(const tfa_names *names, const char *name);
 /** Index of the frame of a link, or -1. Cost: O(log frame_count). */
 TFA_API int32_t tfa_names_link(const tfa_names *names, const char *name);
+/** Index of a constraint, or -1. Cost: O(constraint_count). */
+TFA_API int32_t tfa_names_constraint(const tfa_names *names, const char *name);
 /** Writes "no moving joint 'WRONG'; nearest: 'a', 'b', 'c'; the robot has 7 joints (a, b, ...)". */
 TFA_API void tfa_names_unknown_joint(const tfa_names *names, const char *wrong, char *text,
                                      size_t size);
 /** Writes "no link 'WRONG' in the robot; nearest: 'a', 'b', 'c'". */
 TFA_API void tfa_names_unknown_link(const tfa_names *names, const char *wrong, char *text,
                                     size_t size);
+/** Writes "no constraint 'WRONG'; nearest: 'a', 'b', 'c'; the robot has 2 constraints (a, b)". */
+TFA_API void tfa_names_unknown_constraint(const tfa_names *names, const char *wrong, char *text,
+                                          size_t size);
+/** Writes which constraints there are: "2 constraints (a, b)", "no constraints; `constraints` of
+ *  its scene give it some". As snprintf. */
+TFA_API size_t tfa_names_describe_constraints(const tfa_names *names, char *text, size_t size);
+/** Constraint that place k, counted from 0, among the bits of `constraints` stands for:
+ *  the block of six numbers k of an array by constraint; "?" if there is none. */
+TFA_API const char *tfa_names_active(const tfa_names *names, uint32_t constraints, uint32_t k);
 /** Name of the link of a frame; "?" if there is none. */
 TFA_API const char *tfa_names_frame(const tfa_names *names, uint32_t frame);
 /** The joint that owns number `index` of q (of_q) or of v, tau, qdd; NULL if there is none. */
@@ -164,6 +178,7 @@ typedef struct tfa_place {
     const char *field;    /**< key in JSON and Python; "": none */
     const char *joint;    /**< that owns the entry; NULL: none */
     const char *link;     /**< that the entry names; NULL: none */
+    const char *constraint; /**< that owns the entry; NULL: none */
     const double *number; /**< the entry, in the request; NULL: it is no number of an array */
 } tfa_place;
 

@@ -98,6 +98,12 @@ struct modal_handle {
     ARRAY(uint32_t, pivot, STATE_COLUMNS, "", "tip", "lambda_factor: order of the columns")        \
     ARRAY(num, eigenvalue, STATE_COLUMNS, "1/kg", "tip", "lambda_factor: of lambda")               \
     ARRAY(num, gain, STATE_COLUMNS, "kg", "tip", "lambda_factor: 1 / eigenvalue, or less")         \
+    ARRAY(struct closing, closing, STATE_TIPS ? m->constraints : 0, "1, m", "world",               \
+          "constraints_activate, constraints_locate: of the request under way")                    \
+    ARRAY(struct relative_motion, relative, STATE_TIPS ? m->constraints : 0, "", "first frame",    \
+          "constraints_locate: of the same")                                                       \
+    ARRAY(uint8_t, closing_row, STATE_COLUMNS, "", "",                                             \
+          "constraints_activate: held rows, 6 x place in closing + component")                     \
     ARRAY(num, arm, 3 * STATE_TIPS, "m", "world", "lambda_factor: to the tip's point")             \
     ARRAY(num, coefficient, 2 * STATE_ROW, "", "tip", "lambda_factor, lambda_force: scratch")      \
     ARRAY(num, force_row, STATE_TIPS ? nv : 0, "N kg^-1/2", "joint", "lambda_force: scratch")      \

@@ -11,13 +11,16 @@
 #include "model/hash.h"
 #include "model/mass_properties.h"
 
-static size_t text_size(const tfa_description *s)
+static size_t text_size(const struct draft *d)
 {
+    const tfa_description *s = d->description;
     size_t n = strlen(s->name ? s->name : "") + 1;
     for (size_t k = 0; k < s->link_count; k++)
         n += strlen(s->links[k].name) + 1;
     for (size_t k = 0; k < s->joint_count; k++)
         n += strlen(s->joints[k].name) + 1;
+    for (size_t k = 0; k < d->constraints; k++)
+        n += strlen(d->constraint[k]->name) + 1;
     return n;
 }
 
@@ -51,7 +54,7 @@ static struct layout layout_of(const struct draft *d, void *memory)
     l.link_quad = arena_alloc(&a, d->frames, sizeof *l.link_quad);
     l.chain_body = arena_alloc(&a, d->bodies, sizeof *l.chain_body);
     l.modal = arena_alloc(&a, tfa_modal_numbers(d), sizeof *l.modal);
-    l.text = arena_alloc(&a, text_size(d->description), 1);
+    l.text = arena_alloc(&a, text_size(d), 1);
     l.size = a.used;
     return l;
 }
@@ -70,6 +73,7 @@ static void bind(struct layout *l, const struct draft *d)
     m->v_count = d->v_count;
     m->flexible_bodies = d->flexible_bodies;
     m->handles = d->handles;
+    m->constraints = d->constraints;
 }
 
 static void count_fates(tfa_model_summary *s, const struct tfa_model *m)

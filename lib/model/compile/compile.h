@@ -22,6 +22,7 @@
     X(struct tfa_xform_quad, part_quad, d->parts)                                                  \
     X(struct tfa_flexible, flexible, d->flexible_bodies)                                           \
     X(struct tfa_handle, handle, d->handles)                                                       \
+    X(struct tfa_closure, closure, d->constraints)                                                 \
     X(tfa_joint_info, joint, d->joints)                                                            \
     X(tfa_declared_joint, declared, d->description->joint_count)                                   \
     X(tfa_body_info, body_info, d->bodies)                                                         \
@@ -73,7 +74,7 @@ void tfa_emit_maps(struct layout *l, const struct draft *d);
 void tfa_emit_modes(struct layout *l, const struct draft *d);
 size_t tfa_modal_numbers(const struct draft *d);
 
-/* Frames, links, public joints and declared joints with their names. */
+/* Frames, links, public joints, declared joints and constraints with their names. */
 void tfa_emit_names(struct layout *l, const struct draft *d);
 
 #endif

@@ -125,6 +125,7 @@ static void emit_joint(struct layout *l, const struct draft *d, uint32_t j, cons
 {
     const struct draft_joint *joint = &d->joint[j];
     const tfa_joint_type type = d->description->joints[j].type;
+    const tfa_scene *scene = d->options->scene;
     if (joint->fate != TFA_FATE_MOVES && joint->fate != TFA_FATE_FUSED)
         return;
     l->joint[joint->number] = (tfa_joint_info){
@@ -136,6 +137,7 @@ static void emit_joint(struct layout *l, const struct draft *d, uint32_t j, cons
         .v_count = tfa_joint_type_describe(type).freedoms,
         .body = (uint32_t)joint->body,
         .armature = draft_armature(d, j),
+        .actuated = !scene || !scene->actuated_count || joint->actuated,
     };
 }
 
@@ -158,6 +160,24 @@ static void emit_declared_joint(struct layout *l, const struct draft *d, uint32_
     };
 }
 
+static void emit_closure(struct layout *l, const struct draft *d, uint32_t k)
+{
+    const tfa_constraint *from = d->constraint[k];
+    struct tfa_closure *c = &l->closure[k];
+    c->rows = from->rows;
+    c->unilateral = from->unilateral;
+    c->name = keep_text(l, from->name);
+    for (int side = 0; side < 2; side++) {
+        const double *pose = from->pose[side];
+        ext R[9];
+        tfa_constraint_axes(R, pose);
+        const int32_t link = tfa_draft_find_link(d, from->link[side]);
+        c->frame[side] = link < 0 ? -1 : (int32_t)d->frame[link].number;
+        ext_round_rotation(c->R[side], R);
+        memcpy(c->p[side], pose, sizeof c->p[side]);
+    }
+}
+
 void tfa_emit_names(struct layout *l, const struct draft *d)
 {
     const tfa_description *s = d->description;
@@ -170,4 +190,6 @@ void tfa_emit_names(struct layout *l, const struct draft *d)
         emit_joint(l, d, j, name);
         emit_declared_joint(l, d, j, name);
     }
+    for (uint32_t k = 0; k < d->constraints; k++)
+        emit_closure(l, d, k);
 }

@@ -30,9 +30,10 @@ static int allocate(struct draft *d, const tfa_description *s)
 
 /* The passes in their order, each of which may refuse the robot */
 static int (*const passes[])(struct draft *d, tfa_report *report) = {
-    tfa_draft_order, tfa_draft_values,   tfa_draft_scene,  tfa_draft_locks, tfa_draft_mimics,
-    tfa_draft_trees, tfa_draft_inertias, tfa_draft_leaves, tfa_draft_merge, tfa_draft_base,
-    tfa_draft_fuse,  tfa_draft_singular, tfa_draft_axial,  tfa_draft_sort,  tfa_draft_modes};
+    tfa_draft_order,       tfa_draft_values,   tfa_draft_scene,  tfa_draft_locks, tfa_draft_mimics,
+    tfa_draft_trees,       tfa_draft_inertias, tfa_draft_leaves, tfa_draft_merge, tfa_draft_base,
+    tfa_draft_fuse,        tfa_draft_singular, tfa_draft_axial,  tfa_draft_sort,  tfa_draft_modes,
+    tfa_draft_constraints, tfa_draft_actuated};
 
 int tfa_draft_make(struct draft *d, const tfa_description *description,
                    const tfa_model_options *options, tfa_report *report)

@@ -29,7 +29,8 @@ struct draft_link {
 
 /* State of a joint. Mimics are resolved: the leader follows none. */
 struct draft_joint {
-    uint8_t fate;    /* enum tfa_fate */
+    uint8_t fate;     /* enum tfa_fate */
+    uint8_t actuated; /* the scene names it */
     uint8_t freedom; /* index among its body's joints: 0 unless fused */
     int32_t body;    /* the body that it moves, when it moves */
     int32_t leader;  /* description joint that it mimics, or -1 */
@@ -100,6 +101,8 @@ struct draft {
     struct draft_flexible *flexible;       /* in the order of their links */
     struct draft_handle *handle;
     uint32_t flexible_bodies, handles, modes;
+    const tfa_constraint *constraint[TFA_MAX_CONSTRAINTS]; /* those of the file first */
+    uint32_t constraints;
     uint32_t bodies, parts;
     uint32_t joints, frames;   /* public */
     uint32_t q_count, v_count; /* public, base excluded */
@@ -167,6 +170,13 @@ int tfa_draft_sort(struct draft *d, tfa_report *report);
 /* Finds flexible bodies, and what rides on their handles. */
 int tfa_draft_modes(struct draft *d, tfa_report *report);
 
+/* Collects the constraints of file and scene. Those of the scene whose frames are not there, or do
+ * not move against each other, are refused; those of the file are left out with a note. */
+int tfa_draft_constraints(struct draft *d, tfa_report *report);
+
+/* Marks the joints that the scene says have a motor. */
+int tfa_draft_actuated(struct draft *d, tfa_report *report);
+
 /* Momentum per rate of a mode about the origin of its body, body axes: angular, linear */
 void tfa_draft_momentum(const struct draft *d, const struct draft_flexible *x, size_t mode,
                         ext a[3], ext l[3]);
@@ -186,6 +196,23 @@ void tfa_draft_note_unused(const struct draft *d, tfa_report *report);
 void draft_note_snaps(const struct draft *d, tfa_report *report);
 
 /* ---- functions of the passes ---- */
+
+/* Index of the link, or -1. */
+int32_t tfa_draft_find_link(const struct draft *d, const char *name);
+
+/* Refuses an unknown link and names the most similar links. */
+int tfa_draft_refuse_link(const struct draft *d, const char *code, const char *name,
+                          const char *what, tfa_report *report);
+
+/* Index of the joint, or -1. */
+int32_t tfa_draft_find_joint(const struct draft *d, const char *name);
+
+/* Refuses an unknown joint and names the most similar joints. */
+int tfa_draft_refuse_joint(const struct draft *d, const char *code, const char *name,
+                           const char *what, tfa_report *report);
+
+/* Axes of a constraint's frame in its link, by columns */
+void tfa_constraint_axes(ext R[9], const double pose[7]);
 
 /* Adds the inertia of a link, about the origin of the frame that its own frame is in: its body's,
  * or the root's. */

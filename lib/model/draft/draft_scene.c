@@ -1,18 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The scene: links and joints that are part of it, payloads, tips, locked joints.
+ * The scene: links and joints that are part of it, payloads, tips, locked and actuated joints.
  */
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 #include <totalforce/text.h>
 
 #include "model/draft/draft.h"
 #include "model/payload.h"
 
-/* Index of the link, or -1. */
-static int32_t find_link(const struct draft *d, const char *name)
+int32_t tfa_draft_find_link(const struct draft *d, const char *name)
 {
     for (size_t k = 0; name && k < d->description->link_count; k++)
         if (strcmp(d->description->links[k].name, name) == 0)
@@ -25,14 +23,36 @@ static const char *link_name(const void *description, size_t index)
     return ((const tfa_description *)description)->links[index].name;
 }
 
-/* Refuses an unknown link and names the most similar links. */
-static int refuse_link(const struct draft *d, const char *code, const char *name, const char *what,
-                       tfa_report *report)
+int tfa_draft_refuse_link(const struct draft *d, const char *code, const char *name,
+                          const char *what, tfa_report *report)
 {
     char suggestions[200];
     tfa_suggest(name ? name : "", d->description, d->description->link_count, link_name,
                 suggestions, sizeof suggestions);
     return TFA_REFUSE(report, TFA_E_MODEL, 0, code, "link '%s': %s; nearest: %s",
+                      name ? name : "(none)", what, suggestions);
+}
+
+int32_t tfa_draft_find_joint(const struct draft *d, const char *name)
+{
+    for (size_t j = 0; name && j < d->description->joint_count; j++)
+        if (strcmp(d->description->joints[j].name, name) == 0)
+            return (int32_t)j;
+    return -1;
+}
+
+static const char *joint_name(const void *description, size_t index)
+{
+    return ((const tfa_description *)description)->joints[index].name;
+}
+
+int tfa_draft_refuse_joint(const struct draft *d, const char *code, const char *name,
+                           const char *what, tfa_report *report)
+{
+    char suggestions[200];
+    tfa_suggest(name ? name : "", d->description, d->description->joint_count, joint_name,
+                suggestions, sizeof suggestions);
+    return TFA_REFUSE(report, TFA_E_MODEL, 0, code, "joint '%s': %s; nearest: %s",
                       name ? name : "(none)", what, suggestions);
 }
 
@@ -45,9 +65,9 @@ static int find_root(struct draft *d, const char *name, tfa_report *report)
 {
     if (!name)
         return TFA_OK;
-    int32_t link = find_link(d, name);
+    int32_t link = tfa_draft_find_link(d, name);
     if (link < 0)
-        return refuse_link(
+        return tfa_draft_refuse_link(
             d, "scene-root", name,
             "the root of the scene does not exist; name a link of the robot, or none for all of it",
             report);
@@ -73,14 +93,15 @@ static void mark_present(struct draft *d)
 
 static int mark_tip(struct draft *d, const char *name, tfa_report *report)
 {
-    int32_t link = find_link(d, name);
+    int32_t link = tfa_draft_find_link(d, name);
     if (link >= 0 && d->link[link].present) {
         d->link[link].tip = 1;
         return TFA_OK;
     }
     if (link < 0)
-        return refuse_link(d, "scene-tip", name,
-                           "the tip of the scene does not exist; name a link of the robot", report);
+        return tfa_draft_refuse_link(
+            d, "scene-tip", name, "the tip of the scene does not exist; name a link of the robot",
+            report);
     return TFA_REFUSE(report, TFA_E_MODEL, 0, "scene-tip",
                       "link '%s': the tip of the scene does not hang from its root; choose another "
                       "tip or another root",
@@ -89,12 +110,12 @@ static int mark_tip(struct draft *d, const char *name, tfa_report *report)
 
 static int mark_payload(struct draft *d, const tfa_payload *payload, tfa_report *report)
 {
-    int32_t link = find_link(d, payload->link);
+    int32_t link = tfa_draft_find_link(d, payload->link);
     const char *wrong = tfa_payload_error(payload);
     if (link < 0)
-        return refuse_link(d, "scene-payload", payload->link,
-                           "the payload is on a link that does not exist; name a link of the robot",
-                           report);
+        return tfa_draft_refuse_link(
+            d, "scene-payload", payload->link,
+            "the payload is on a link that does not exist; name a link of the robot", report);
     if (wrong)
         return TFA_REFUSE(report, TFA_E_MODEL, 0, "scene-payload", "link '%s': the payload %s",
                           shown(payload->link), wrong);
@@ -135,30 +156,6 @@ static int refuse_lock(const tfa_lock *lock, const char *what, tfa_report *repor
                       what);
 }
 
-static int32_t find_joint(const struct draft *d, const char *name)
-{
-    for (size_t j = 0; name && j < d->description->joint_count; j++)
-        if (strcmp(d->description->joints[j].name, name) == 0)
-            return (int32_t)j;
-    return -1;
-}
-
-static const char *joint_name(const void *description, size_t index)
-{
-    return ((const tfa_description *)description)->joints[index].name;
-}
-
-static int refuse_unknown(const struct draft *d, const tfa_lock *lock, tfa_report *report)
-{
-    char suggestions[200], what[320];
-    tfa_suggest(lock->joint ? lock->joint : "", d->description, d->description->joint_count,
-                joint_name, suggestions, sizeof suggestions);
-    snprintf(what, sizeof what,
-             "the scene locks it, but the robot has no such joint; correct the name; nearest: %s",
-             suggestions);
-    return refuse_lock(lock, what, report);
-}
-
 /* Error of the coordinates, for a message; NULL: none. */
 static const char *fault(const tfa_lock *lock, tfa_joint_type type)
 {
@@ -176,9 +173,11 @@ static const char *fault(const tfa_lock *lock, tfa_joint_type type)
 
 static int lock_joint(struct draft *d, const tfa_lock *lock, tfa_report *report)
 {
-    int32_t j = find_joint(d, lock->joint);
+    int32_t j = tfa_draft_find_joint(d, lock->joint);
     if (j < 0)
-        return refuse_unknown(d, lock, report);
+        return tfa_draft_refuse_joint(
+            d, "scene-lock", lock->joint,
+            "the scene locks it, but the robot has no such joint; correct the name", report);
     struct draft_joint *joint = &d->joint[j];
     const tfa_joint_type type = d->description->joints[j].type;
     if (type == TFA_JOINT_FIXED)
@@ -206,6 +205,42 @@ int tfa_draft_locks(struct draft *d, tfa_report *report)
     int status = TFA_OK;
     for (size_t k = 0; scene && k < scene->lock_count; k++)
         if (lock_joint(d, &scene->locks[k], report) != TFA_OK)
+            status = TFA_E_MODEL;
+    return status;
+}
+
+/* ---- joints with a motor ---- */
+
+static int mark_actuated(struct draft *d, const char *name, tfa_report *report)
+{
+    static const char code[] = "scene-actuated";
+    static const char *const faults[] = {
+        [TFA_FATE_FIXED] = "it is fixed in the file",
+        [TFA_FATE_LOCKED] = "it is locked",
+        [TFA_FATE_ABSENT] = "it is not part of the scene",
+    };
+    const int32_t j = tfa_draft_find_joint(d, name);
+    if (j < 0)
+        return tfa_draft_refuse_joint(
+            d, code, name,
+            "the scene says that it is actuated, but the robot has no such joint; correct the name",
+            report);
+    const uint8_t fate = d->joint[j].fate;
+    if (!draft_moves(d, (size_t)j))
+        return TFA_REFUSE(report, TFA_E_MODEL, 0, code,
+                          "joint '%s': the scene says that it is actuated, but %s; remove it from "
+                          "the actuated joints",
+                          name, faults[fate]);
+    d->joint[fate == TFA_FATE_FOLLOWS ? d->joint[j].leader : j].actuated = 1;
+    return TFA_OK;
+}
+
+int tfa_draft_actuated(struct draft *d, tfa_report *report)
+{
+    const tfa_scene *scene = d->options->scene;
+    int status = TFA_OK;
+    for (size_t k = 0; scene && k < scene->actuated_count; k++)
+        if (mark_actuated(d, scene->actuated[k], report) != TFA_OK)
             status = TFA_E_MODEL;
     return status;
 }

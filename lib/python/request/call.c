@@ -22,9 +22,9 @@ static const char *input_name_at(const void *unused, size_t index)
 /* The argument of a keyword, or of a position by the names of the op's row. */
 static int take_argument(request_call *call, int k, PyObject *value)
 {
-    if (call->given_rows & 1u << k)
+    if (call->given_rows >> k & 1)
         return raise_type(inputs[k].name, "%s: given twice", inputs[k].name);
-    call->given_rows |= 1u << k;
+    call->given_rows |= UINT64_C(1) << k;
     if (value != Py_None) {
         call->given[call->given_count].input = &inputs[k];
         call->given[call->given_count++].value = value;
@@ -51,6 +51,9 @@ static int position(tfa_op op, Py_ssize_t place)
         [TFA_OP_TASK_TORQUES] = ACCELERATION,
         [TFA_OP_DERIVATIVES] = TAU,
         [TFA_OP_INVERSE_DYNAMICS_DERIVATIVES] = QDD,
+        [TFA_OP_CONSTRAINED_DYNAMICS] = TAU,
+        [TFA_OP_IMPACT] = NONE,
+        [TFA_OP_CONSTRAINED_INVERSE_DYNAMICS] = QDD,
     };
     if (place == 0)
         return Q;
@@ -158,6 +161,8 @@ int call_read(request_call *call, const robot_names *robot, int for_client, tfa_
     call->request.op = op;
     call->request.count = 1;
     call->request.refine = TFA_REFINE_DEFAULT;
+    if (TFA_OP_BIT(op) & TFA_OPS_CONSTRAINED) /* unless the argument names some */
+        call->request.constraints = tfa_all_constraints(robot->names.constraint_count);
     return read_all(call, arguments, count, keywords);
 }
 
@@ -177,7 +182,8 @@ void call_clear(request_call *call)
 size_t call_cost(const request_call *call)
 {
     const size_t n = (size_t)call->robot->names.base_freedoms + call->robot->names.v_count + 1;
-    const size_t rows = extent_size(EXTENT_ROWS, call->robot, &call->request);
+    const size_t rows = extent_size(EXTENT_ROWS, call->robot, &call->request) +
+                        extent_size(EXTENT_CONSTRAINTS, call->robot, &call->request);
     const uint32_t squares = TFA_OPS_DERIVATIVES | TFA_OPS_ID_DERIVATIVES;
     const size_t state = TFA_OP_BIT(call->request.op) & squares ? n * n : n + rows * rows / 4;
     return state * call->request.count;

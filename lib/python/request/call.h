@@ -41,7 +41,7 @@ typedef struct request_call {
     tfa_reply reply;
     tfa_answer answer; /**< of a single state */
     uint64_t timeout_ns;
-    double rank_threshold, characteristic_length;
+    double rank_threshold, characteristic_length, stabilisation[2];
     int is_batch;   /**< an input has an axis of states */
     int rows_given; /**< the request has `rows` */
     uint64_t only;  /**< bits of outputs to compute; 0: all */
@@ -50,7 +50,8 @@ typedef struct request_call {
     PyObject *reused;  /**< reply given as `out`; NULL: none */
     uint32_t *locked;  /**< allocated */
     uint32_t staged_count, piece_count, buffer_count;
-    uint32_t given_count, given_rows; /**< and bits of the rows, those with None included */
+    uint32_t given_count;
+    uint64_t given_rows; /**< bits of the rows, those with None included */
     /* Not cleared at start: */
     struct {
         const input_row *input;

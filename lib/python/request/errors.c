@@ -126,6 +126,7 @@ int raise_reply(const robot_names *robot, const tfa_request *request, const tfa_
         {"state", PyLong_FromUnsignedLong(answer->state)},
         {"joint", optional_text(at.joint)},
         {"link", optional_text(at.link)},
+        {"constraint", optional_text(at.constraint)},
         {"reply", Py_NewRef(reply ? reply : Py_None)},
     };
     for (size_t i = 0; i < sizeof attributes / sizeof *attributes; i++) {

@@ -58,7 +58,7 @@ struct input_row {
 
 extern const input_row inputs[];
 extern const size_t input_count;
-enum { INPUTS_MAX = 32 };
+enum { INPUTS_MAX = 40 };
 
 /** Row of a keyword, or -1 */
 int input_find(PyObject *name);

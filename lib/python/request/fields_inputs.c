@@ -39,6 +39,17 @@ const op_row op_rows[OP_COUNT] = {
     {TFA_OP_INVERSE_DYNAMICS_DERIVATIVES, "q, v=None, qdd=None",
      "Derivatives of the forces of inverse dynamics: row i is the gradient of force i, the base\n"
      "first. dtau/dqdd is the mass matrix."},
+    {TFA_OP_CONSTRAINED_DYNAMICS, "q, v=None, tau=None",
+     "Joint accelerations under the active constraints J_c, and the wrenches F that hold them.\n\n"
+     "    M(q) qdd + h(q, v) = tau + sum J^T wrench + J_c^T F\n"
+     "    J_c qdd + J_c-dot v = constraint_acceleration - k0 position - k1 velocity"},
+    {TFA_OP_IMPACT, "q, v=None",
+     "Velocities after a plastic impact: of the active constraints they are 0.\n\n"
+     "    M(q) (v_after - v) = J_c^T F,  J_c v_after = 0"},
+    {TFA_OP_CONSTRAINED_INVERSE_DYNAMICS, "q, v=None, qdd=None",
+     "Joint forces of given joint accelerations under the active constraints: those of the\n"
+     "smallest weighted square in the joints with a motor.\n\n"
+     "    tau + J_c^T F = M(q) qdd + h(q, v) - sum J^T wrench,  min tau^T W tau"},
 };
 
 /* Ops and flags of a key */
@@ -98,10 +109,27 @@ const input_row inputs[] = {
      "6 rows for each tip (linear, angular) or 3 (linear)", 0},
     {"frame", read_frame, CHOICE, USE(frame), "'local_world_aligned', 'local' or 'world'",
      "frame of wrenches and of everything at a tip", 0},
+    {"constraints", read_constraints, CHOICE, USE(constraints), "list of constraints",
+     "active ones by name or index; None: all of the model", 0},
+    {"constraint_acceleration", read_constraint_acceleration,
+     STATES(constraint_acceleration, EXTENT_CONSTRAINTS), USE(constraint_acceleration),
+     "{constraint: (6,) or (count, 6)}, or (6 c,) or (count, 6 c)",
+     "wanted accelerations of the active constraints, m/s^2 and rad/s^2; of those that a dict\n"
+     "leaves out, and of None: 0",
+     0},
+    {"stabilisation", read_stabilisation, CHOICE, USE(stabilisation), "(2,)",
+     "gains k0 (1/s^2, of impact 1/s) and k1 (1/s) of the errors of position and velocity;\n"
+     "None: 0",
+     0},
+    {"torque_weights", read_torque_weights, PHASE_ARRAYS, EXTENT_V,
+     offsetof(tfa_request, torque_weights), USE(torque_weights), "(n_v,) or {joint: weight}",
+     "weights W of the squared joint forces, above 0; of those that a dict leaves out, and of\n"
+     "None: 1",
+     0},
     {"rank_loss", read_rank_loss, CHOICE, USE(rank_loss),
      "'default', 'truncate', 'damp' or 'refuse'",
-     "eigenvalues of lambda_inv up to the threshold; 'default': 'damp' for task_torques,\n"
-     "otherwise 'truncate'",
+     "eigenvalues of lambda_inv up to the threshold; 'default': 'damp' for task_torques and\n"
+     "constraints, otherwise 'truncate'",
      0},
     {"rank_threshold", read_rank_threshold, CHOICE, USE(rank_threshold), "float",
      "relative to the sum of the eigenvalues; None: 1e-6 where damped, else rounding", 0},
@@ -122,7 +150,8 @@ const input_row inputs[] = {
      "list of joints", "joints that do not accelerate, by name or index", 0},
     {"want", read_want, CHOICE, TFA_OPS_ALL, 0, "list of words",
      "further answers: 'pose', 'twist', 'jacobian', 'bias_acceleration' of the tips; 'poses',\n"
-     "'com', 'momentum', 'energy'; with lambda_inv 'lambda', 'mu', 'p', 'spectrum'",
+     "'com', 'momentum', 'energy'; with lambda_inv 'lambda', 'mu', 'p', 'spectrum'; with\n"
+     "constraints 'delassus'",
      0},
     {"only", read_only, PHASE_LAST, EXTENT_NONE, 0, TFA_OPS_ALL, 0, "list of names",
      "answers that are computed and allocated; None: all", 0},

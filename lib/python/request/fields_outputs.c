@@ -66,9 +66,17 @@ uint32_t extent_size(int extent, const robot_names *robot, const tfa_request *re
 
 const char *extent_name(int extent, char *text, size_t size)
 {
-    static const char *const names[] = {
-        "",     "n_q",   "n_v", "n",        "tips",
-        "rows", "links", "6",   "2 + rows", [-EXTENT_MODES] = "n_modes"};
+    static const char *const names[] = {"",
+                                        "n_q",
+                                        "n_v",
+                                        "n",
+                                        "tips",
+                                        "rows",
+                                        "links",
+                                        "6",
+                                        "2 + rows",
+                                        [-EXTENT_MODES] = "n_modes",
+                                        [-EXTENT_CONSTRAINTS] = "6 c"};
     if (extent <= 0)
         return names[-extent];
     snprintf(text, size, "%d", extent);

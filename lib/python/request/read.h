@@ -17,6 +17,8 @@ int read_states(request_call *call, const input_row *input, PyObject *value);
 int read_gravity(request_call *call, const input_row *input, PyObject *value);
 int read_wrench(request_call *call, const input_row *input, PyObject *value);
 int read_acceleration(request_call *call, const input_row *input, PyObject *value);
+int read_constraint_acceleration(request_call *call, const input_row *input, PyObject *value);
+int read_torque_weights(request_call *call, const input_row *input, PyObject *value);
 /** Lets the request point to the arrays, once the number of states is known. */
 int finish_arrays(request_call *call);
 
@@ -24,6 +26,8 @@ int finish_arrays(request_call *call);
 int read_tips(request_call *call, const input_row *input, PyObject *value);
 int read_rows(request_call *call, const input_row *input, PyObject *value);
 int read_frame(request_call *call, const input_row *input, PyObject *value);
+int read_constraints(request_call *call, const input_row *input, PyObject *value);
+int read_stabilisation(request_call *call, const input_row *input, PyObject *value);
 int read_rank_loss(request_call *call, const input_row *input, PyObject *value);
 int read_rank_threshold(request_call *call, const input_row *input, PyObject *value);
 int read_characteristic_length(request_call *call, const input_row *input, PyObject *value);

@@ -45,6 +45,8 @@ static int raise_shape(const request_call *call, const char *field, int extent, 
     } else if (extent == EXTENT_ROWS) {
         snprintf(why, sizeof why, ": %d rows for each of %u tips", rows_of(&call->request),
                  call->request.tip_count);
+    } else if (extent == EXTENT_CONSTRAINTS) {
+        snprintf(why, sizeof why, ": 6 for each of %u active constraints", width / 6);
     }
     return raise_status(TFA_E_SIZE, field, "%s: shape %s, must be (%u,) or (count, %u)%s", field,
                         shape, width, width, why);
@@ -142,8 +144,9 @@ static int read_joint_value(const char *field, PyObject *name, PyObject *value, 
     return read_numbers(key, value, count, numbers);
 }
 
-/* {joint: value}; joints left out stand at 0, floating ones without rotation. */
-static PyObject *joints_by_name(const request_call *call, const input_row *input, PyObject *dict)
+/* {joint: value}; joints left out have the number `others`, floating ones in q no rotation. */
+static PyObject *joints_by_name(const request_call *call, const input_row *input, PyObject *dict,
+                                double others)
 {
     const robot_names *robot = call->robot;
     const int of_q = input->width == EXTENT_Q;
@@ -151,6 +154,8 @@ static PyObject *joints_by_name(const request_call *call, const input_row *input
     PyObject *items = PyDict_Items(dict);
     PyObject *array = items ? PyArray_ZEROS(1, &size, NPY_DOUBLE, 0) : NULL;
     double *numbers = array ? PyArray_DATA((PyArrayObject *)array) : NULL;
+    for (npy_intp k = 0; array && k < size; k++)
+        numbers[k] = others;
     for (uint32_t k = 0; array && of_q && k < robot->names.joint_count; k++)
         if (robot->names.joints[k].quaternion >= 0)
             numbers[robot->names.joints[k].q_index + (uint32_t)robot->names.joints[k].quaternion +
@@ -178,7 +183,7 @@ int read_joints(request_call *call, const input_row *input, PyObject *value)
     stage(call, input->member, width);
     if (!PyDict_Check(value))
         return add_piece(call, input->name, input->width, width, value);
-    PyObject *array = joints_by_name(call, input, value);
+    PyObject *array = joints_by_name(call, input, value, 0);
     if (!array)
         return -1;
     call->pieces[call->piece_count++] =
@@ -313,6 +318,71 @@ int read_acceleration(request_call *call, const input_row *input, PyObject *valu
         bad = add_pairs(call, input, pairs, call->staged[call->staged_count - 1].width);
     }
     Py_XDECREF(pairs);
+    return bad ? -1 : 0;
+}
+
+/* The six numbers of each active constraint: a piece that the dict has, or zeros */
+static int add_active(request_call *call, const input_row *input, PyObject *const *given)
+{
+    const uint32_t active = call->request.constraints;
+    stage(call, input->member, 6)->pieces = (uint32_t)__builtin_popcount(active);
+    for (uint32_t left = active; left; left &= left - 1) {
+        const int k = __builtin_ctz(left);
+        npy_intp six = 6;
+        char key[320];
+        snprintf(key, sizeof key, "%s.%.200s", input->name, call->robot->names.constraints[k]);
+        PyObject *value = given[k] ? Py_NewRef(given[k]) : PyArray_ZEROS(1, &six, NPY_DOUBLE, 0);
+        const int bad = !value || add_piece(call, key, EXTENT_NONE, 6, value);
+        Py_XDECREF(value);
+        if (bad)
+            return -1;
+    }
+    return 0;
+}
+
+int read_constraint_acceleration(request_call *call, const input_row *input, PyObject *value)
+{
+    PyObject *given[TFA_MAX_CONSTRAINTS] = {NULL}; /* borrowed of pairs */
+    if (!PyDict_Check(value)) {
+        const uint32_t width = extent_size(input->width, call->robot, &call->request);
+        stage(call, input->member, width);
+        return add_piece(call, input->name, input->width, width, value);
+    }
+    PyObject *pairs = pairs_of(input->name, value);
+    int bad = !pairs;
+    for (Py_ssize_t i = 0; !bad && i < PyTuple_GET_SIZE(pairs); i++) {
+        PyObject *pair = PyTuple_GET_ITEM(pairs, i);
+        uint32_t k = 0;
+        bad = robot_find_constraint(call->robot, input->name, PyTuple_GET_ITEM(pair, 0), &k);
+        const char *name = bad ? "" : call->robot->names.constraints[k];
+        if (!bad && !(call->request.constraints >> k & 1))
+            bad = raise_named(TFA_E_ARGUMENT, input->name, "constraint", name,
+                              "constraint_acceleration: '%.200s' is not active; name it in "
+                              "constraints",
+                              name);
+        if (!bad)
+            given[k] = PyTuple_GET_ITEM(pair, 1);
+    }
+    if (!bad && call->request.constraints)
+        bad = add_active(call, input, given);
+    Py_XDECREF(pairs);
+    return bad ? -1 : 0;
+}
+
+int read_torque_weights(request_call *call, const input_row *input, PyObject *value)
+{
+    const uint32_t width = extent_size(input->width, call->robot, &call->request);
+    double *numbers = PyMem_Calloc((size_t)width + 1, sizeof *numbers);
+    if (!numbers) {
+        PyErr_NoMemory();
+        return -1;
+    }
+    call->buffers[call->buffer_count++] = numbers;
+    call->request.torque_weights = numbers;
+    PyObject *array =
+        PyDict_Check(value) ? joints_by_name(call, input, value, 1) : Py_NewRef(value);
+    const int bad = !array || read_numbers(input->name, array, width, numbers);
+    Py_XDECREF(array);
     return bad ? -1 : 0;
 }
 

@@ -102,6 +102,33 @@ int read_tips(request_call *call, const input_row *input, PyObject *value)
     return for_each(call, input->name, value, "must be a list of links", add_tip);
 }
 
+static int add_constraint(request_call *call, const char *field, PyObject *value, Py_ssize_t k)
+{
+    uint32_t constraint;
+    (void)k;
+    if (robot_find_constraint(call->robot, field, value, &constraint))
+        return -1;
+    if (call->request.constraints >> constraint & 1)
+        return raise_named(TFA_E_ARGUMENT, field, "constraint",
+                           call->robot->names.constraints[constraint],
+                           "constraints: '%.200s' twice; name it once",
+                           call->robot->names.constraints[constraint]);
+    call->request.constraints |= 1u << constraint;
+    return 0;
+}
+
+int read_constraints(request_call *call, const input_row *input, PyObject *value)
+{
+    call->request.constraints = 0;
+    return for_each(call, input->name, value, "must be a list of constraints", add_constraint);
+}
+
+int read_stabilisation(request_call *call, const input_row *input, PyObject *value)
+{
+    call->request.stabilisation = call->stabilisation;
+    return read_numbers(input->name, value, 2, call->stabilisation);
+}
+
 int read_rows(request_call *call, const input_row *input, PyObject *value)
 {
     unsigned k;

@@ -7,6 +7,7 @@
 
 #include "errors.h"
 
+#include <stddef.h>
 #include <stdio.h>
 
 /* Sets name k of a tuple. @return its UTF-8, which lives as long as the tuple; NULL with an
@@ -24,13 +25,15 @@ static const char *set_name(PyObject *list, uint32_t k, const char *name)
 static int set_names(robot_names *robot)
 {
     tfa_names *names = &robot->names;
-    int bad = !robot->joints || !robot->links || !robot->modes;
+    int bad = !robot->joints || !robot->links || !robot->modes || !robot->constraints;
     for (uint32_t k = 0; !bad && k < names->joint_count; k++)
         bad = !(names->joints[k].name = set_name(robot->joints, k, names->joints[k].name));
     for (uint32_t k = 0; !bad && k < names->frame_count; k++)
         bad = !(names->frames[k] = set_name(robot->links, k, names->frames[k]));
     for (uint32_t k = 0; !bad && k < names->mode_count; k++)
         bad = !set_name(robot->modes, k, tfa_names_frame(names, names->mode_frames[k]));
+    for (uint32_t k = 0; !bad && k < names->constraint_count; k++)
+        bad = !(names->constraints[k] = set_name(robot->constraints, k, names->constraints[k]));
     return bad;
 }
 
@@ -39,7 +42,8 @@ static int fill(robot_names *robot, const tfa_names *names)
     *robot = (struct robot_names){.names = *names,
                                   .joints = PyTuple_New(names->joint_count),
                                   .links = PyTuple_New(names->frame_count),
-                                  .modes = PyTuple_New(names->mode_count)};
+                                  .modes = PyTuple_New(names->mode_count),
+                                  .constraints = PyTuple_New(names->constraint_count)};
     if (!set_names(robot))
         return 0;
     robot_clear(robot);
@@ -74,6 +78,7 @@ void robot_clear(robot_names *robot)
     Py_CLEAR(robot->joints);
     Py_CLEAR(robot->links);
     Py_CLEAR(robot->modes);
+    Py_CLEAR(robot->constraints);
     tfa_names_free(&robot->names);
 }
 
@@ -86,16 +91,26 @@ static int unknown(const char *field, PyObject *value, char *name, size_t size)
     return utf8 ? 0 : raise_type(field, "%s: a name that cannot be encoded", field);
 }
 
-static int find(const tfa_names *names, int joints, const char *field, PyObject *value,
+/* What may be looked up by name or index */
+typedef struct named {
+    const char *noun;
+    int status;   /* of an unknown one */
+    size_t count; /* offset in tfa_names */
+    int32_t (*find)(const tfa_names *, const char *);
+    void (*unknown)(const tfa_names *, const char *, char *, size_t);
+} named;
+
+static int find(const tfa_names *names, const named *kind, const char *field, PyObject *value,
                 uint32_t *found)
 {
-    const char *noun = joints ? "joint" : "link";
-    const uint32_t count = joints ? names->joint_count : names->frame_count;
+    const char *noun = kind->noun;
+    uint32_t count;
+    memcpy(&count, (const char *)names + kind->count, sizeof count);
     Py_ssize_t k = -1, size = 0;
     if (PyUnicode_Check(value)) {
         const char *utf8 = PyUnicode_AsUTF8AndSize(value, &size);
         if (utf8 && strlen(utf8) == (size_t)size)
-            k = joints ? tfa_names_joint(names, utf8) : tfa_names_link(names, utf8);
+            k = kind->find(names, utf8);
         PyErr_Clear();
     } else if (!PyIndex_Check(value) || PyBool_Check(value)) {
         return raise_type(field, "%s: %.100s, must be the name or the index of a %s", field,
@@ -111,16 +126,21 @@ static int find(const tfa_names *names, int joints, const char *field, PyObject 
     char name[204], text[900];
     if (unknown(field, value, name, sizeof name))
         return -1;
-    (joints ? tfa_names_unknown_joint : tfa_names_unknown_link)(names, name, text, sizeof text);
-    return raise_named(joints ? TFA_E_JOINT : TFA_E_LINK, field, noun, name, "%s: %s", field, text);
+    kind->unknown(names, name, text, sizeof text);
+    return raise_named(kind->status, field, noun, name, "%s: %s", field, text);
 }
 
-int robot_find_link(const robot_names *robot, const char *field, PyObject *value, uint32_t *frame)
-{
-    return find(&robot->names, 0, field, value, frame);
-}
-
-int robot_find_joint(const robot_names *robot, const char *field, PyObject *value, uint32_t *joint)
-{
-    return find(&robot->names, 1, field, value, joint);
-}
+#define FINDER(kind, error)                                                                        \
+    int robot_find_##kind(const robot_names *robot, const char *field, PyObject *value,            \
+                          uint32_t *found)                                                         \
+    {                                                                                              \
+        static const named row = {#kind, error, COUNT_OF_##kind, tfa_names_##kind,                 \
+                                  tfa_names_unknown_##kind};                                       \
+        return find(&robot->names, &row, field, value, found);                                     \
+    }
+#define COUNT_OF_link offsetof(tfa_names, frame_count)
+#define COUNT_OF_joint offsetof(tfa_names, joint_count)
+#define COUNT_OF_constraint offsetof(tfa_names, constraint_count)
+FINDER(link, TFA_E_LINK)
+FINDER(joint, TFA_E_JOINT)
+FINDER(constraint, TFA_E_ARGUMENT)

@@ -15,7 +15,7 @@ Statistics  counters, clients and histograms of a running daemon
 
 Workspace, Pool and Client have the same methods, one for each op: forward_dynamics,
 inverse_dynamics, operational_inertia, mass_matrix, kinematics, bias, task_torques, derivatives,
-inverse_dynamics_derivatives.
+inverse_dynamics_derivatives, constrained_dynamics, impact, constrained_inverse_dynamics.
 Each takes numpy arrays of one state, (n,), or of a batch, (count, n), and returns a Reply, whose
 attributes are arrays. All give the same bits as the library in C.
 
@@ -36,6 +36,7 @@ from ._totalforce import (
     ANSWER_INACCURATE,
     ANSWER_MODE_LIMIT,
     ANSWER_NOT_FINITE,
+    ANSWER_PULLS,
     ANSWER_RANK_LOSS,
     ANSWER_RESIDUAL_PRECISION,
     ANSWER_SENTINEL,
@@ -108,6 +109,7 @@ __all__ = [
     "ANSWER_INACCURATE",
     "ANSWER_MODE_LIMIT",
     "ANSWER_NOT_FINITE",
+    "ANSWER_PULLS",
     "ANSWER_RANK_LOSS",
     "ANSWER_RESIDUAL_PRECISION",
     "ANSWER_SENTINEL",

@@ -16,12 +16,17 @@ Joints = Union[ArrayLike, Mapping[JointName, Any]]
 Wrenches = Union[Mapping[Link, Numbers], Sequence[tuple[Link, Numbers]]]
 Payload = Mapping[str, Any]
 Payloads = Union[Payload, Sequence[Payload]]
+Constraint = Union[str, int]
+Constraints = Union[Constraint, Sequence[Constraint]]
+ConstraintAccelerations = Union[Mapping[Constraint, Numbers], Numbers]
 Rows = Literal["pose", "point"]
 Frame = Literal["local_world_aligned", "local", "world"]
 RankLoss = Literal["default", "truncate", "damp", "refuse"]
 Estimate = Literal["default", "always", "never"]
 Precision = Literal["f64", "f32", "f128"]
 Residual = Literal["same", "f64", "f128"]
+SideFiles = Union[Path, Sequence[Path]]
+HeldFrames = Mapping[str, Any]
 Want = Literal[
     "pose",
     "twist",
@@ -36,6 +41,7 @@ Want = Literal[
     "p",
     "spectrum",
     "joint_forces",
+    "delassus",
 ]
 
 __version__: str
@@ -46,6 +52,7 @@ ANSWER_FALLBACK: int
 ANSWER_INACCURATE: int
 ANSWER_MODE_LIMIT: int
 ANSWER_NOT_FINITE: int
+ANSWER_PULLS: int
 ANSWER_RANK_LOSS: int
 ANSWER_RESIDUAL_PRECISION: int
 ANSWER_SENTINEL: int
@@ -168,6 +175,8 @@ class Reply:
     @property
     def base_acceleration(self) -> Array: ...
     @property
+    def base_twist(self) -> Array: ...
+    @property
     def base_wrench(self) -> Array: ...
     @property
     def bias_acceleration(self) -> Array: ...
@@ -180,7 +189,17 @@ class Reply:
     @property
     def condition(self) -> Any: ...
     @property
+    def constraint_position(self) -> Array: ...
+    @property
+    def constraint_residual(self) -> Array: ...
+    @property
+    def constraint_velocity(self) -> Array: ...
+    @property
+    def constraint_wrenches(self) -> Array: ...
+    @property
     def damping(self) -> Array: ...
+    @property
+    def delassus(self) -> Array: ...
     @property
     def dqdd_dq(self) -> Array: ...
     @property
@@ -253,6 +272,8 @@ class Reply:
     def threshold(self) -> Any: ...
     @property
     def twist(self) -> Array: ...
+    @property
+    def v(self) -> Array: ...
     @property
     def velocity(self) -> Array: ...
     def keys(self, /) -> list[str]: ...
@@ -485,6 +506,93 @@ class _Solver:
         only: Optional[Union[str, Sequence[str]]] = None,
         out: Optional[Union[Reply, Mapping[str, Array], Array]] = None,
     ) -> Reply: ...
+    def constrained_dynamics(
+        self,
+        /,
+        q: Joints,
+        v: Optional[Joints] = None,
+        tau: Optional[Joints] = None,
+        *,
+        base_pose: Optional[Numbers] = None,
+        base_twist: Optional[Numbers] = None,
+        base_wrench: Optional[Numbers] = None,
+        modes: Optional[Numbers] = None,
+        mode_velocities: Optional[Numbers] = None,
+        gravity: Optional[Numbers] = None,
+        wrench: Optional[Wrenches] = None,
+        tips: Optional[Links] = None,
+        rows: Optional[Rows] = None,
+        frame: Optional[Frame] = None,
+        constraints: Optional[Constraints] = None,
+        constraint_acceleration: Optional[ConstraintAccelerations] = None,
+        stabilisation: Optional[Numbers] = None,
+        rank_loss: Optional[RankLoss] = None,
+        rank_threshold: Optional[float] = None,
+        characteristic_length: Optional[float] = None,
+        method: Optional[str] = None,
+        payload: Optional[Payloads] = None,
+        locked: Optional[Union[JointName, Sequence[JointName]]] = None,
+        want: Optional[Union[Want, Sequence[Want]]] = None,
+        only: Optional[Union[str, Sequence[str]]] = None,
+        out: Optional[Union[Reply, Mapping[str, Array], Array]] = None,
+    ) -> Reply: ...
+    def impact(
+        self,
+        /,
+        q: Joints,
+        v: Optional[Joints] = None,
+        *,
+        base_pose: Optional[Numbers] = None,
+        base_twist: Optional[Numbers] = None,
+        modes: Optional[Numbers] = None,
+        mode_velocities: Optional[Numbers] = None,
+        gravity: Optional[Numbers] = None,
+        tips: Optional[Links] = None,
+        rows: Optional[Rows] = None,
+        frame: Optional[Frame] = None,
+        constraints: Optional[Constraints] = None,
+        stabilisation: Optional[Numbers] = None,
+        rank_loss: Optional[RankLoss] = None,
+        rank_threshold: Optional[float] = None,
+        characteristic_length: Optional[float] = None,
+        method: Optional[str] = None,
+        payload: Optional[Payloads] = None,
+        locked: Optional[Union[JointName, Sequence[JointName]]] = None,
+        want: Optional[Union[Want, Sequence[Want]]] = None,
+        only: Optional[Union[str, Sequence[str]]] = None,
+        out: Optional[Union[Reply, Mapping[str, Array], Array]] = None,
+    ) -> Reply: ...
+    def constrained_inverse_dynamics(
+        self,
+        /,
+        q: Joints,
+        v: Optional[Joints] = None,
+        qdd: Optional[Joints] = None,
+        *,
+        base_pose: Optional[Numbers] = None,
+        base_twist: Optional[Numbers] = None,
+        base_acceleration: Optional[Numbers] = None,
+        modes: Optional[Numbers] = None,
+        mode_velocities: Optional[Numbers] = None,
+        gravity: Optional[Numbers] = None,
+        wrench: Optional[Wrenches] = None,
+        tips: Optional[Links] = None,
+        rows: Optional[Rows] = None,
+        frame: Optional[Frame] = None,
+        constraints: Optional[Constraints] = None,
+        constraint_acceleration: Optional[ConstraintAccelerations] = None,
+        stabilisation: Optional[Numbers] = None,
+        torque_weights: Optional[Joints] = None,
+        rank_loss: Optional[RankLoss] = None,
+        rank_threshold: Optional[float] = None,
+        characteristic_length: Optional[float] = None,
+        method: Optional[str] = None,
+        payload: Optional[Payloads] = None,
+        locked: Optional[Union[JointName, Sequence[JointName]]] = None,
+        want: Optional[Union[Want, Sequence[Want]]] = None,
+        only: Optional[Union[str, Sequence[str]]] = None,
+        out: Optional[Union[Reply, Mapping[str, Array], Array]] = None,
+    ) -> Reply: ...
     def compute(self, op: object, /, *args: Any, **fields: Any) -> Reply: ...
 
 class Model:
@@ -506,7 +614,9 @@ class Model:
         locked: Optional[Union[Mapping[str, Any], Sequence[str]]] = None,
         payload: Optional[Payloads] = None,
         armature: Optional[Mapping[str, float]] = None,
-        modes: Optional[Union[Path, bytes, Sequence[Union[Path, bytes]]]] = None,
+        modes: Optional[SideFiles] = None,
+        constraints: Optional[Union[HeldFrames, Sequence[HeldFrames], SideFiles]] = None,
+        actuated: Optional[Union[str, Sequence[str]]] = None,
     ) -> None: ...
     @property
     def name(self) -> str: ...
@@ -526,6 +636,8 @@ class Model:
     def links(self) -> tuple[str, ...]: ...
     @property
     def modes(self) -> tuple[str, ...]: ...
+    @property
+    def constraints(self) -> tuple[str, ...]: ...
     @property
     def joints(self) -> tuple[Joint, ...]: ...
     @property
@@ -563,7 +675,9 @@ class Model:
         locked: Optional[Union[Mapping[str, Any], Sequence[str]]] = None,
         payload: Optional[Payloads] = None,
         armature: Optional[Mapping[str, float]] = None,
-        modes: Optional[Union[Path, bytes, Sequence[Union[Path, bytes]]]] = None,
+        modes: Optional[SideFiles] = None,
+        constraints: Optional[Union[HeldFrames, Sequence[HeldFrames], SideFiles]] = None,
+        actuated: Optional[Union[str, Sequence[str]]] = None,
     ) -> Model: ...
     def derive(
         self,
@@ -655,6 +769,8 @@ class Client:
     def links(self) -> tuple[str, ...]: ...
     @property
     def modes(self) -> tuple[str, ...]: ...
+    @property
+    def constraints(self) -> tuple[str, ...]: ...
     @property
     def hash(self) -> str: ...
     @property
@@ -899,6 +1015,96 @@ class Client:
         tips: Optional[Links] = None,
         rows: Optional[Rows] = None,
         frame: Optional[Frame] = None,
+        method: Optional[str] = None,
+        payload: Optional[Payloads] = None,
+        locked: Optional[Union[JointName, Sequence[JointName]]] = None,
+        want: Optional[Union[Want, Sequence[Want]]] = None,
+        only: Optional[Union[str, Sequence[str]]] = None,
+        out: Optional[Union[Reply, Mapping[str, Array], Array]] = None,
+        timeout: Optional[float] = None,
+    ) -> Reply: ...
+    def constrained_dynamics(
+        self,
+        /,
+        q: Joints,
+        v: Optional[Joints] = None,
+        tau: Optional[Joints] = None,
+        *,
+        base_pose: Optional[Numbers] = None,
+        base_twist: Optional[Numbers] = None,
+        base_wrench: Optional[Numbers] = None,
+        modes: Optional[Numbers] = None,
+        mode_velocities: Optional[Numbers] = None,
+        gravity: Optional[Numbers] = None,
+        wrench: Optional[Wrenches] = None,
+        tips: Optional[Links] = None,
+        rows: Optional[Rows] = None,
+        frame: Optional[Frame] = None,
+        constraints: Optional[Constraints] = None,
+        constraint_acceleration: Optional[ConstraintAccelerations] = None,
+        stabilisation: Optional[Numbers] = None,
+        rank_loss: Optional[RankLoss] = None,
+        rank_threshold: Optional[float] = None,
+        characteristic_length: Optional[float] = None,
+        method: Optional[str] = None,
+        payload: Optional[Payloads] = None,
+        locked: Optional[Union[JointName, Sequence[JointName]]] = None,
+        want: Optional[Union[Want, Sequence[Want]]] = None,
+        only: Optional[Union[str, Sequence[str]]] = None,
+        out: Optional[Union[Reply, Mapping[str, Array], Array]] = None,
+        timeout: Optional[float] = None,
+    ) -> Reply: ...
+    def impact(
+        self,
+        /,
+        q: Joints,
+        v: Optional[Joints] = None,
+        *,
+        base_pose: Optional[Numbers] = None,
+        base_twist: Optional[Numbers] = None,
+        modes: Optional[Numbers] = None,
+        mode_velocities: Optional[Numbers] = None,
+        gravity: Optional[Numbers] = None,
+        tips: Optional[Links] = None,
+        rows: Optional[Rows] = None,
+        frame: Optional[Frame] = None,
+        constraints: Optional[Constraints] = None,
+        stabilisation: Optional[Numbers] = None,
+        rank_loss: Optional[RankLoss] = None,
+        rank_threshold: Optional[float] = None,
+        characteristic_length: Optional[float] = None,
+        method: Optional[str] = None,
+        payload: Optional[Payloads] = None,
+        locked: Optional[Union[JointName, Sequence[JointName]]] = None,
+        want: Optional[Union[Want, Sequence[Want]]] = None,
+        only: Optional[Union[str, Sequence[str]]] = None,
+        out: Optional[Union[Reply, Mapping[str, Array], Array]] = None,
+        timeout: Optional[float] = None,
+    ) -> Reply: ...
+    def constrained_inverse_dynamics(
+        self,
+        /,
+        q: Joints,
+        v: Optional[Joints] = None,
+        qdd: Optional[Joints] = None,
+        *,
+        base_pose: Optional[Numbers] = None,
+        base_twist: Optional[Numbers] = None,
+        base_acceleration: Optional[Numbers] = None,
+        modes: Optional[Numbers] = None,
+        mode_velocities: Optional[Numbers] = None,
+        gravity: Optional[Numbers] = None,
+        wrench: Optional[Wrenches] = None,
+        tips: Optional[Links] = None,
+        rows: Optional[Rows] = None,
+        frame: Optional[Frame] = None,
+        constraints: Optional[Constraints] = None,
+        constraint_acceleration: Optional[ConstraintAccelerations] = None,
+        stabilisation: Optional[Numbers] = None,
+        torque_weights: Optional[Joints] = None,
+        rank_loss: Optional[RankLoss] = None,
+        rank_threshold: Optional[float] = None,
+        characteristic_length: Optional[float] = None,
         method: Optional[str] = None,
         payload: Optional[Payloads] = None,
         locked: Optional[Union[JointName, Sequence[JointName]]] = None,

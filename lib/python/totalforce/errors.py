@@ -25,8 +25,8 @@ class Error(Exception):
         argument that the error is about: 'q', 'tips', ...
     index, state : int
         invalid entry within one state; state of a batch
-    link, joint : str or None
-        link or joint that the error is about
+    link, joint, constraint : str or None
+        link, joint or constraint that the error is about
     reply : Reply or None
         answers of the states that did not fail
     """
@@ -40,6 +40,7 @@ class Error(Exception):
     state: int = 0
     link: Optional[str] = None
     joint: Optional[str] = None
+    constraint: Optional[str] = None
     reply: Any = None
 
     def __str__(self) -> str:

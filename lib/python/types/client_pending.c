@@ -160,6 +160,8 @@ PyGetSetDef client_attributes[] = {
      (void *)offsetof(robot_names, links)},
     {"modes", get_names, NULL, "Link of each modal coordinate.",
      (void *)offsetof(robot_names, modes)},
+    {"constraints", get_names, NULL, "Names of the constraints of the scene.",
+     (void *)offsetof(robot_names, constraints)},
     {"hash", get_hash, NULL, "Hash of the daemon's model, as Model.hash.", NULL},
     {"q_count", get_q_count, NULL, "Coordinates of the joints in q (n_q).", NULL},
     {"v_count", get_v_count, NULL, "Freedoms of the joints in v, tau, qdd (n_v).", NULL},

@@ -69,6 +69,12 @@ static PyObject *get_modes(PyObject *self, void *unused)
     return Py_NewRef(((model_object *)self)->robot.modes);
 }
 
+static PyObject *get_constraints(PyObject *self, void *unused)
+{
+    (void)unused;
+    return Py_NewRef(((model_object *)self)->robot.constraints);
+}
+
 static PyObject *joint_at(const tfa_model *model, uint32_t k)
 {
     const tfa_joint_info joint = tfa_model_joint(model, k);
@@ -174,6 +180,7 @@ PyGetSetDef model_attributes[] = {
     {"joint_names", get_joint_names, NULL, "Names of the joints in the order of the arrays.", NULL},
     {"links", get_links, NULL, "Names of the links; the position is the frame index.", NULL},
     {"modes", get_modes, NULL, "Link of each modal coordinate.", NULL},
+    {"constraints", get_constraints, NULL, "Names of the constraints of the scene.", NULL},
     {"joints", get_joints, NULL, "Joints with their places in the arrays (Joint).", NULL},
     {"bodies", get_bodies, NULL, "Mass properties of the bodies (Body).", NULL},
     {"declared", get_declared, NULL, "Joints of the file and their fates (DeclaredJoint).", NULL},

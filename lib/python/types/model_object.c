@@ -106,22 +106,19 @@ PyObject *raise_load_error(int status, const char *path, tfa_report *report)
     return finish(&model_type, status, NULL, path, report, NULL);
 }
 
-static char *keywords[] = {"",        "base",
-                           "gravity", "rotor_inertia",
-                           "damping", "lock_massless_leaves",
-                           "inertia", "mimic",
-                           "snap",    "root",
-                           "tips",    "locked",
-                           "payload", "armature",
-                           "modes",   NULL};
+static char *keywords[] = {
+    "",        "base",     "gravity", "rotor_inertia", "damping",  "lock_massless_leaves",
+    "inertia", "mimic",    "snap",    "root",          "tips",     "locked",
+    "payload", "armature", "modes",   "constraints",   "actuated", NULL};
 
 static int parse_options(PyObject *args, PyObject *kwargs, const char *format, PyObject **source,
                          model_options *o)
 {
-    return PyArg_ParseTupleAndKeywords(
-               args, kwargs, format, keywords, source, &o->base, &o->gravity, &o->rotor_inertia,
-               &o->damping, &o->lock_massless_leaves, &o->inertia, &o->mimic, &o->snap, &o->root,
-               &o->tips, &o->locked, &o->payload, &o->armature, &o->modes)
+    return PyArg_ParseTupleAndKeywords(args, kwargs, format, keywords, source, &o->base,
+                                       &o->gravity, &o->rotor_inertia, &o->damping,
+                                       &o->lock_massless_leaves, &o->inertia, &o->mimic, &o->snap,
+                                       &o->root, &o->tips, &o->locked, &o->payload, &o->armature,
+                                       &o->modes, &o->constraints, &o->actuated)
                ? 0
                : -1;
 }
@@ -142,9 +139,9 @@ static PyObject *copy_options(PyObject *kwargs)
 }
 
 /* Keeps source, file and the copy of the options in a model that was made, with the texts of its
- * modes, if any, in place of their files. */
+ * side files, if any, in place of their names. `options` NULL: it has none. */
 static PyObject *remember(PyObject *made, PyObject *source, const char *file, PyObject *copy,
-                          PyObject *texts)
+                          const model_options *options)
 {
     model_object *m = (model_object *)made;
     if (!m)
@@ -152,7 +149,11 @@ static PyObject *remember(PyObject *made, PyObject *source, const char *file, Py
     m->source = Py_XNewRef(source);
     m->file = file ? PyUnicode_DecodeFSDefault(file) : Py_NewRef(Py_None);
     m->options = Py_XNewRef(copy);
-    if (copy && texts && PyDict_SetItemString(copy, "modes", texts) < 0)
+    if (copy && options && options->modes_texts &&
+        PyDict_SetItemString(copy, "modes", options->modes_texts) < 0)
+        Py_CLEAR(made);
+    if (made && copy && options && options->constraints_texts &&
+        PyDict_SetItemString(copy, "constraints", options->constraints_texts) < 0)
         Py_CLEAR(made);
     if (made && !m->file)
         Py_CLEAR(made);
@@ -183,7 +184,7 @@ static PyObject *compile_source(PyTypeObject *type, PyObject *source, const char
         status = tfa_model_create(description, &options->c, &report, &model);
     tfa_description_free(description);
     Py_END_ALLOW_THREADS return remember(finish(type, status, model, file, &report, NULL), source,
-                                         file, copy, options->modes_texts);
+                                         file, copy, options);
 }
 
 /* The bytes of a str or of an object like bytes, a new reference; NULL with an exception. */
@@ -245,7 +246,7 @@ static PyObject *model_new(PyTypeObject *type, PyObject *args, PyObject *kwargs)
     model_options options = {0};
     PyObject *source = NULL, *bytes = NULL, *made = NULL, *copy = copy_options(kwargs);
     char *file = NULL;
-    if (parse_options(args, kwargs, "O|$OOOOOOOOOOOOOO:Model", &source, &options) == 0 &&
+    if (parse_options(args, kwargs, "O|$OOOOOOOOOOOOOOOO:Model", &source, &options) == 0 &&
         model_options_read(&options) == 0 && (bytes = read_source(source, &file)))
         made = compile_source(type, bytes, file, &options, copy, NULL);
     Py_XDECREF(bytes);
@@ -260,7 +261,7 @@ static PyObject *parse_model(PyTypeObject *type, PyObject *args, const char *fil
 {
     model_options options = {0};
     PyObject *source = NULL, *bytes = NULL, *made = NULL, *copy = copy_options(kwargs);
-    if (parse_options(args, kwargs, "O|$OOOOOOOOOOOOOO:parse", &source, &options) == 0 &&
+    if (parse_options(args, kwargs, "O|$OOOOOOOOOOOOOOOO:parse", &source, &options) == 0 &&
         model_options_read(&options) == 0 && (bytes = bytes_of(source)))
         made = compile_source(type, bytes, file, &options, copy, NULL);
     Py_XDECREF(bytes);
@@ -347,7 +348,8 @@ static PyObject *model_moved(PyObject *self, PyObject *seed)
     if (!m->source || !m->options)
         return PyErr_Format(PyExc_TypeError, "_moved: not of a model of URDF and plain options");
     PyObject *one = PyTuple_Pack(1, m->source);
-    if (one && parse_options(one, m->options, "O|$OOOOOOOOOOOOOO:_moved", &source, &options) == 0 &&
+    if (one &&
+        parse_options(one, m->options, "O|$OOOOOOOOOOOOOOOO:_moved", &source, &options) == 0 &&
         model_options_read(&options) == 0)
         made = compile_source(Py_TYPE(self), source, NULL, &options, NULL, &random);
     Py_XDECREF(one);
@@ -391,12 +393,20 @@ static PyObject *model_repr(PyObject *self)
     "armature : {joint: inertia}\n"                                                                \
     "        reflected rotor inertias, kg m^2 or kg; URDF cannot say them\n"                       \
     "modes : path, bytes, or list of them\n"                                                       \
-    "        files with the modes of flexible links, or their text as bytes; YAML\n"
+    "        files with the modes of flexible links, or their text as bytes; YAML\n"               \
+    "constraints : list of dicts, path, bytes, or list of them\n"                                  \
+    "        {'name': name, 'first': frame, 'second': frame, 'hold': 'point', 'hinge', 'weld' "    \
+    "or\n"                                                                                         \
+    "        a list of 'x' to 'rz', 'unilateral': bool}, frame: {'link': name, 'xyz': (3,) m,\n"   \
+    "        'rpy': (3,) rad}; or files of them; first: the world when absent\n"                   \
+    "actuated : list of str\n"                                                                     \
+    "        joints with a motor; None: those of the files of constraints, else all\n"
 
 #define OPTIONS_SIGNATURE                                                                          \
     ", /, *, base=None, gravity=None, rotor_inertia=None, damping=None, "                          \
     "lock_massless_leaves=None, inertia=None, mimic=None, snap=None, root=None, tips=None, "       \
-    "locked=None, payload=None, armature=None, modes=None)\n--\n\n"
+    "locked=None, payload=None, armature=None, modes=None, constraints=None, "                     \
+    "actuated=None)\n--\n\n"
 
 static PyMethodDef factories[] = {
     {"parse", (PyCFunction)(void (*)(void))model_parse, METH_VARARGS | METH_KEYWORDS | METH_CLASS,

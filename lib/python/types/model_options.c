@@ -74,20 +74,19 @@ static int read_locks(model_options *o)
     return bad ? -1 : 0;
 }
 
-static int read_tip_names(model_options *o)
+/* A name or a list of names, allocated by PyMem; `what` in messages */
+static int read_names(model_options *o, const char *field, const char *what, PyObject *value,
+                      const char ***names, size_t *count)
 {
-    PyObject *list =
-        PyUnicode_Check(o->tips) ? PyTuple_Pack(1, o->tips) : PySequence_Tuple(o->tips);
+    PyObject *list = PyUnicode_Check(value) ? PyTuple_Pack(1, value) : PySequence_Tuple(value);
     if (!list)
-        return raise_from_current("tips", "must be a list of links");
-    const Py_ssize_t count = PyTuple_GET_SIZE(list);
-    o->tip_names = PyMem_Calloc((size_t)count + 1, sizeof *o->tip_names);
-    int bad = o->tip_names ? 0 : (PyErr_NoMemory(), -1);
-    for (Py_ssize_t k = 0; !bad && k < count; k++)
-        bad = !(o->tip_names[k] = name_of("tips", PyTuple_GET_ITEM(list, k), o->names));
+        return raise_from_current(field, what);
+    *count = (size_t)PyTuple_GET_SIZE(list);
+    *names = PyMem_Calloc(*count + 1, sizeof **names);
+    int bad = *names ? 0 : (PyErr_NoMemory(), -1);
+    for (size_t k = 0; !bad && k < *count; k++)
+        bad = !((*names)[k] = name_of(field, PyTuple_GET_ITEM(list, (Py_ssize_t)k), o->names));
     Py_DECREF(list);
-    o->scene.tips = o->tip_names;
-    o->scene.tip_count = (size_t)count;
     return bad ? -1 : 0;
 }
 
@@ -120,52 +119,132 @@ static int is_given(PyObject *value)
     return value && value != Py_None;
 }
 
-/* Files, or bytes of them */
-static int read_modes(model_options *o)
+/* ---- side files ---- */
+
+static int parse_modes(const char *text, size_t length, const char *file, void *out,
+                       tfa_report *report)
 {
-    PyObject *list = PyList_Check(o->modes) || PyTuple_Check(o->modes) ? PySequence_Tuple(o->modes)
-                                                                       : PyTuple_Pack(1, o->modes);
-    o->modes_texts = PyList_New(0);
-    int bad = list && o->modes_texts ? 0 : -1;
+    return tfa_modes_parse(text, length, file, out, report);
+}
+
+static int parse_constraints(const char *text, size_t length, const char *file, void *out,
+                             tfa_report *report)
+{
+    return tfa_constraints_parse(text, length, file, out, report);
+}
+
+/* Files, or bytes of them, whose texts `*texts` gets */
+static int read_side_files(const char *field, PyObject *value,
+                           int (*parse)(const char *, size_t, const char *, void *, tfa_report *),
+                           void *out, PyObject **texts)
+{
+    PyObject *list = PyList_Check(value) || PyTuple_Check(value) ? PySequence_Tuple(value)
+                                                                 : PyTuple_Pack(1, value);
+    *texts = PyList_New(0);
+    int bad = list && *texts ? 0 : -1;
     for (Py_ssize_t k = 0; !bad && k < PyTuple_GET_SIZE(list); k++) {
         PyObject *entry = PyTuple_GET_ITEM(list, k);
         tfa_report report = {0};
         char *file = NULL;
         PyObject *text = PyBytes_Check(entry) ? Py_NewRef(entry) : read_source(entry, &file);
-        const int status =
-            !text ? TFA_E_ARGUMENT
-                  : tfa_modes_parse(PyBytes_AS_STRING(text), (size_t)PyBytes_GET_SIZE(text), file,
-                                    &o->link_modes, &report);
-        bad = status != TFA_OK || PyList_Append(o->modes_texts, text) < 0 ? -1 : 0;
+        const int status = !text ? TFA_E_ARGUMENT
+                                 : parse(PyBytes_AS_STRING(text), (size_t)PyBytes_GET_SIZE(text),
+                                         file, out, &report);
+        bad = status != TFA_OK || PyList_Append(*texts, text) < 0 ? -1 : 0;
         if (text && status != TFA_OK)
             raise_load_error(status, file, &report);
         else if (!text && PyErr_ExceptionMatches(PyExc_TypeError))
-            raise_from_current("modes", "must be a file, bytes, or a list of them");
+            raise_from_current(field, "must be a file, bytes, or a list of them");
         Py_XDECREF(text);
         free(file);
     }
     Py_XDECREF(list);
+    return bad;
+}
+
+/* Dicts with the keys of a side file, as its text: JSON is YAML. Arrays become lists. */
+static PyObject *text_of_dicts(PyObject *list)
+{
+    PyObject *json = PyImport_ImportModule("json"), *operators = PyImport_ImportModule("operator");
+    PyObject *dumps = json ? PyObject_GetAttrString(json, "dumps") : NULL;
+    PyObject *to_list =
+        operators ? PyObject_CallMethod(operators, "methodcaller", "s", "tolist") : NULL;
+    PyObject *args = Py_BuildValue("({sO})", "constraints", list);
+    PyObject *kwargs = to_list ? Py_BuildValue("{sO}", "default", to_list) : NULL;
+    PyObject *text = dumps && args && kwargs ? PyObject_Call(dumps, args, kwargs) : NULL;
+    PyObject *bytes = text ? PyUnicode_AsUTF8String(text) : NULL;
+    PyObject *const all[] = {json, operators, dumps, to_list, args, kwargs, text};
+    for (size_t k = 0; k < sizeof all / sizeof *all; k++)
+        Py_XDECREF(all[k]);
+    static const char form[] = "must be dicts of texts, numbers and lists";
+    if (!bytes && PyErr_ExceptionMatches(PyExc_AttributeError)) { /* no array */
+        PyErr_Clear();
+        raise_type("constraints", "constraints: %s", form);
+    } else if (!bytes) {
+        raise_from_current("constraints", form);
+    }
+    return bytes;
+}
+
+/* A dict, a list of dicts, or side files */
+static int read_held_frames(model_options *o)
+{
+    PyObject *value = o->constraints, *texts = NULL, *text = NULL;
+    PyObject *list = PyDict_Check(value)                           ? PyTuple_Pack(1, value)
+                     : PyList_Check(value) || PyTuple_Check(value) ? PySequence_Tuple(value)
+                                                                   : PyTuple_New(0);
+    const int are_dicts = list && PyTuple_GET_SIZE(list) && PyDict_Check(PyTuple_GET_ITEM(list, 0));
+    int bad = list && (!are_dicts || (text = text_of_dicts(list))) ? 0 : -1;
+    if (!bad)
+        bad = read_side_files("constraints", text ? text : value, parse_constraints,
+                              &o->constraint_lists, &texts);
+    if (!bad && !are_dicts)
+        o->constraints_texts = Py_NewRef(texts);
+    Py_XDECREF(list);
+    Py_XDECREF(text);
+    Py_XDECREF(texts);
+    o->scene.constraints = o->constraint_lists.list;
+    o->scene.constraint_count = o->constraint_lists.count;
+    o->scene.actuated = o->constraint_lists.actuated;
+    o->scene.actuated_count = o->constraint_lists.actuated_count;
+    return bad;
+}
+
+static int read_side(model_options *o)
+{
+    if (is_given(o->modes) &&
+        read_side_files("modes", o->modes, parse_modes, &o->link_modes, &o->modes_texts))
+        return -1;
     o->scene.modes = o->link_modes.links;
     o->scene.modes_count = o->link_modes.count;
-    return bad;
+    if (is_given(o->constraints) && read_held_frames(o))
+        return -1;
+    if (is_given(o->actuated) && read_names(o, "actuated", "must be a list of joints", o->actuated,
+                                            &o->actuated_names, &o->scene.actuated_count))
+        return -1;
+    if (is_given(o->actuated))
+        o->scene.actuated = o->actuated_names;
+    return 0;
 }
 
 static int read_scene(model_options *o)
 {
     if (is_given(o->root) && !(o->scene.root = name_of("root", o->root, o->names)))
         return -1;
-    if (is_given(o->tips) && read_tip_names(o))
+    if (is_given(o->tips) && read_names(o, "tips", "must be a list of links", o->tips,
+                                        &o->tip_names, &o->scene.tip_count))
         return -1;
+    o->scene.tips = o->tip_names;
     if (is_given(o->locked) && read_locks(o))
         return -1;
     if (is_given(o->payload) &&
         read_payloads(o->payload, o->names, &o->payloads, &o->scene.payload_count))
         return -1;
-    if (is_given(o->modes) && read_modes(o))
+    if (read_side(o))
         return -1;
     o->scene.payloads = o->payloads;
     if (o->scene.root || o->scene.tip_count || o->scene.lock_count || o->scene.payload_count ||
-        o->scene.modes_count)
+        o->scene.modes_count || o->scene.constraint_count || o->scene.actuated_count)
         o->c.scene = &o->scene;
     return 0;
 }
@@ -205,7 +284,10 @@ void model_options_clear(model_options *o)
     PyMem_Free(o->locks);
     PyMem_Free(o->payloads);
     PyMem_Free(o->tip_names);
+    PyMem_Free(o->actuated_names);
     tfa_modes_free(&o->link_modes);
+    tfa_constraints_free(&o->constraint_lists);
     Py_XDECREF(o->modes_texts);
+    Py_XDECREF(o->constraints_texts);
     Py_XDECREF(o->names);
 }

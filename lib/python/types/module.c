@@ -162,6 +162,7 @@ static int add_constants(PyObject *module)
         {"ANSWER_SENTINEL", TFA_ANSWER_SENTINEL},
         {"ANSWER_RANK_LOSS", TFA_ANSWER_RANK_LOSS},
         {"ANSWER_MODE_LIMIT", TFA_ANSWER_MODE_LIMIT},
+        {"ANSWER_PULLS", TFA_ANSWER_PULLS},
         {"MAX_TIPS", TFA_MAX_TIPS},
         {"MAX_WRENCHES", TFA_MAX_WRENCHES},
         {"MAX_PAYLOADS", TFA_MAX_PAYLOADS},

@@ -9,6 +9,7 @@
 #include "solver_object.h"
 
 #include <totalforce/batch_pool.h>
+#include <totalforce/constraints.h>
 #include <totalforce/dynamics.h>
 #include <totalforce/modes.h>
 #include <totalforce/specialised.h>
@@ -55,15 +56,17 @@ typedef struct model_options model_options;
 /** Names of the options for PyArg_ParseTupleAndKeywords, after one of the type itself */
 struct model_options {
     PyObject *base, *gravity, *rotor_inertia, *damping, *lock_massless_leaves, *inertia, *mimic,
-        *snap, *root, *tips, *locked, *payload, *armature, *modes;
+        *snap, *root, *tips, *locked, *payload, *armature, *modes, *constraints, *actuated;
     tfa_model_options c;
     tfa_scene scene;
     double gravity_numbers[3];
     tfa_lock *locks;
     tfa_payload *payloads;
-    const char **tip_names;
+    const char **tip_names, **actuated_names;
     tfa_modes link_modes;
+    tfa_constraints constraint_lists;
     PyObject *modes_texts; /**< list of the files' bytes: what makes the model again; or NULL */
+    PyObject *constraints_texts; /**< as above; NULL: dicts */
     PyObject *names; /**< list that keeps strings alive */
 };
 

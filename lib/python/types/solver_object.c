@@ -122,6 +122,9 @@ OP_FUNCTION(bias, TFA_OP_BIAS)
 OP_FUNCTION(task_torques, TFA_OP_TASK_TORQUES)
 OP_FUNCTION(derivatives, TFA_OP_DERIVATIVES)
 OP_FUNCTION(inverse_dynamics_derivatives, TFA_OP_INVERSE_DYNAMICS_DERIVATIVES)
+OP_FUNCTION(constrained_dynamics, TFA_OP_CONSTRAINED_DYNAMICS)
+OP_FUNCTION(impact, TFA_OP_IMPACT)
+OP_FUNCTION(constrained_inverse_dynamics, TFA_OP_CONSTRAINED_INVERSE_DYNAMICS)
 
 static PyObject *compute_op(PyObject *self, PyObject *const *arguments, Py_ssize_t count,
                             PyObject *keywords)
@@ -181,6 +184,8 @@ static PyObject *time_op(PyObject *self, PyObject *const *arguments, Py_ssize_t 
             METHOD("bias", bias), METHOD("task_torques", task_torques),                            \
             METHOD("derivatives", derivatives),                                                    \
             METHOD("inverse_dynamics_derivatives", inverse_dynamics_derivatives),                  \
+            METHOD("constrained_dynamics", constrained_dynamics), METHOD("impact", impact),        \
+            METHOD("constrained_inverse_dynamics", constrained_inverse_dynamics),                  \
             METHOD("compute", compute_op), METHOD("_time", time_op),                               \
     }
 

@@ -34,7 +34,7 @@ struct solver_object {
 };
 
 /** Methods of all three, to be followed by those of the type. */
-#define SOLVER_METHOD_COUNT 11
+#define SOLVER_METHOD_COUNT (TFA_OP_LAST + 2)
 extern PyMethodDef solver_methods[SOLVER_METHOD_COUNT];
 /** As solver_methods, for the client: with the argument `timeout`. */
 extern PyMethodDef client_methods[SOLVER_METHOD_COUNT];

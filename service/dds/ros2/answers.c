@@ -75,6 +75,22 @@ static bool read_wrenches(ros2_robot *robot, int64_t now, tfa_request *request,
     return true;
 }
 
+/* Without active ones it is forward dynamics: a robot in flight. */
+static bool read_constraints(ros2_robot *robot, int64_t now, tfa_request *request)
+{
+    const ros2_active *active = &robot->active;
+    ros2_arrays *a = robot->arrays;
+    if (!robot->constrained)
+        return true;
+    if (active->received && !is_fresh(active->received, robot->state_age, now))
+        return refuse(robot, "active constraints: the last message is too old");
+    a->constraints = active->received ? active->bits : a->default_constraints;
+    request->constraints = a->constraints;
+    if (a->constraints)
+        request->op = TFA_OP_CONSTRAINED_DYNAMICS;
+    return true;
+}
+
 /* ---- computing and writing ---- */
 
 static void record_answer(ros2_counts *counts, const tfa_answer *answer)
@@ -135,12 +151,25 @@ static bool compute_accelerations(ros2_robot *robot, const joint_source *state,
                            .tau = a->tau};
     const tfa_reply reply = {.qdd = a->qdd,
                              .base_acceleration = a->base ? a->base_acceleration : NULL,
+                             .constraint_wrenches = a->constraint_wrench[0],
                              .answers = &a->answer};
     return read_joints(robot, state, TFA_JOINT_POSITION, now, a->q) &&
            read_joints(robot, state, TFA_JOINT_VELOCITY, now, a->v) &&
            read_joints(robot, command, TFA_JOINT_EFFORT, now, a->tau) &&
            read_base(robot, now, &request) && read_wrenches(robot, now, &request, wrenches) &&
-           solve(robot, &request, &reply, now);
+           read_constraints(robot, now, &request) && solve(robot, &request, &reply, now);
+}
+
+static void publish_constraint_wrenches(ros2_robot *robot, const ros2_header *header)
+{
+    ros2_arrays *a = robot->arrays;
+    uint32_t count = 0;
+    for (uint32_t left = a->constraints; left; left &= left - 1)
+        a->constraint_name[count++] =
+            (char *)(uintptr_t)tfa_model_constraint(a->model, (uint32_t)__builtin_ctz(left)).name;
+    a->constraint_wrenches.joint_names._length = a->constraint_wrenches.wrench._length = count;
+    set_header(&a->constraint_wrenches.header, header);
+    publish(robot, ROS2_CONSTRAINT_WRENCHES, &a->constraint_wrenches);
 }
 
 void ros2_answer_command(ros2_robot *robot, const ros2_header *header, int64_t now)
@@ -151,12 +180,14 @@ void ros2_answer_command(ros2_robot *robot, const ros2_header *header, int64_t n
         return;
     set_header(&robot->arrays->accelerations.header, header);
     publish(robot, ROS2_ACCELERATIONS, &robot->arrays->accelerations);
+    if (robot->constrained)
+        publish_constraint_wrenches(robot, header);
     robot->counts.answers++;
 }
 
 /* ---- the service ---- */
 
-/* State and efforts come with the call; base and wrenches are those of the topics. */
+/* State and efforts come with the call; base, wrenches and constraints are those of the topics. */
 void ros2_answer_call(ros2_input *in, const void *sample, int64_t now)
 {
     const totalforce_msgs_srv_dds__ForwardDynamics_Request_ *call = sample;

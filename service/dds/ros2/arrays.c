@@ -76,7 +76,7 @@ static bool make_names(const ros2_robot *robot, ros2_arrays *a)
     return a->state && a->command && a->call;
 }
 
-/* Links and joints exist: tfa_ros2_check. */
+/* Links, joints and constraints exist: tfa_ros2_check. */
 static void find_indices(const ros2_robot *robot, ros2_arrays *a)
 {
     for (uint32_t k = 0; k < a->tip_count; k++)
@@ -85,6 +85,11 @@ static void find_indices(const ros2_robot *robot, ros2_arrays *a)
         a->wrench_frames[k] = (uint32_t)tfa_model_find_frame(a->model, robot->wrench_links.text[k]);
     for (uint32_t k = 0; k < robot->motors.count; k++)
         a->motor_joint[k] = tfa_model_find_joint(a->model, robot->motors.text[k]);
+    for (uint32_t k = 0; k < robot->constraints.count; k++)
+        a->default_constraints |=
+            UINT32_C(1) << tfa_model_find_constraint(a->model, robot->constraints.text[k]);
+    for (uint32_t k = 0; k < tfa_model_constraint_count(a->model) && !robot->constraints.count; k++)
+        a->default_constraints |= UINT32_C(1) << k;
 }
 
 /* ---- labels of the layouts ---- */
@@ -161,6 +166,9 @@ static void make_messages(ros2_arrays *a)
         .position = sequence_of(a->q, a->joints),
         .effort = sequence_of(a->gravity + a->base, a->joints),
     };
+    _Static_assert(sizeof(geometry_msgs_msg_dds__Wrench_) == sizeof a->constraint_wrench[0], "");
+    a->constraint_wrenches.joint_names._buffer = a->constraint_name;
+    a->constraint_wrenches.wrench._buffer = (void *)a->constraint_wrench;
     make_array(a, ROS2_LAMBDA_INV, a->lambda_inv, ROWS * a->tip_count, a->row_label);
     make_array(a, ROS2_JACOBIAN, a->jacobian, a->joints + a->base, a->column_label);
     make_array(a, ROS2_BIAS_ACCELERATION, a->bias, 0, "");

@@ -34,6 +34,7 @@ static const endpoint inputs[ROS2_INPUT_KINDS] = {
     [ROS2_LOW_STATE_HG] = {&unitree_hg_msg_dds__LowState__desc, false, false, 1},
     [ROS2_ODOMETRY] = {&nav_msgs_msg_dds__Odometry__desc, false, false, 1},
     [ROS2_WRENCH] = {&geometry_msgs_msg_dds__WrenchStamped__desc, false, false, 1},
+    [ROS2_CONSTRAINTS] = {&std_msgs_msg_dds__String__desc, false, false, 1},
     [ROS2_EFFORT_COMMANDS] = {&std_msgs_msg_dds__Float64MultiArray__desc, false, false,
                               STATE_DEPTH},
     [ROS2_JOINT_EFFORTS] = {&sensor_msgs_msg_dds__JointState__desc, false, false, STATE_DEPTH},
@@ -45,6 +46,8 @@ static const endpoint inputs[ROS2_INPUT_KINDS] = {
 static const endpoint outputs[ROS2_OUTPUT_KINDS] = {
     [ROS2_ACCELERATIONS] = {&trajectory_msgs_msg_dds__JointTrajectory__desc, true, false,
                             ANSWER_DEPTH},
+    [ROS2_CONSTRAINT_WRENCHES] = {&sensor_msgs_msg_dds__MultiDOFJointState__desc, true, false,
+                                  ANSWER_DEPTH},
     [ROS2_GRAVITY_TORQUES] = {&sensor_msgs_msg_dds__JointState__desc, true, false, ANSWER_DEPTH},
     [ROS2_LAMBDA_INV] = {&std_msgs_msg_dds__Float64MultiArray__desc, true, false, ANSWER_DEPTH},
     [ROS2_JACOBIAN] = {&std_msgs_msg_dds__Float64MultiArray__desc, true, false, ANSWER_DEPTH},
@@ -106,6 +109,13 @@ static bool is_short_trajectory(const trajectory_msgs_msg_dds__JointTrajectory_ 
     return true;
 }
 
+/* All constraints, each between blanks */
+static bool is_short_text(const std_msgs_msg_dds__String_ *m)
+{
+    const size_t limit = (size_t)TFA_MAX_CONSTRAINTS * (NAME_LENGTH_MAX + 1);
+    return strnlen(m->data, limit + 1) <= limit;
+}
+
 /* Others have a size of their own, or one message is kept: MaxSampleSize bounds it. */
 static bool is_short(const ros2_input *input, const void *sample)
 {
@@ -114,6 +124,8 @@ static bool is_short(const ros2_input *input, const void *sample)
     case ROS2_JOINT_STATES:
     case ROS2_JOINT_EFFORTS:
         return is_short_state(sample, limit);
+    case ROS2_CONSTRAINTS:
+        return is_short_text(sample);
     case ROS2_EFFORT_COMMANDS:
         return is_short_array(sample, limit);
     case ROS2_TRAJECTORY:

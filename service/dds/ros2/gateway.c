@@ -71,7 +71,8 @@ static bool add_inputs(ros2_robot *robot, const config_robot_ros2 *c)
         add_input(robot, ROS2_ODOMETRY, 0, c->odometry);
     for (uint32_t k = 0; good && k < c->wrenches_count; k++)
         good = add_input(robot, ROS2_WRENCH, k, c->wrenches[k].topic);
-    return good && add_input(robot, ROS2_EFFORT_COMMANDS, 0, c->effort_commands) &&
+    return good && add_input(robot, ROS2_CONSTRAINTS, 0, c->active_constraints) &&
+           add_input(robot, ROS2_EFFORT_COMMANDS, 0, c->effort_commands) &&
            add_input(robot, ROS2_JOINT_EFFORTS, 0, c->joint_efforts) &&
            add_input(robot, ROS2_TRAJECTORY, 0, c->trajectory) &&
            add_input(robot, ROS2_FORWARD_DYNAMICS, 0, c->services ? SERVICE : NULL);
@@ -99,8 +100,10 @@ static int make_robot(ros2_robot *robot, const gateway_context *from, uint32_t i
     robot->own.state = &from->states[index];
     robot->state_age = NS_PER_MS * c->state_age_ms;
     robot->command_age = NS_PER_MS * c->command_age_ms;
+    robot->constrained = c->op == CONFIG_ROS2_CONSTRAINED_DYNAMICS;
     if (!copy_texts(&robot->joints, c->joints, c->joints_count) ||
         !copy_texts(&robot->tips, c->tips, c->tips_count) ||
+        !copy_texts(&robot->constraints, c->constraints, c->constraints_count) ||
         !copy_texts(&robot->motors, c->unitree.motors, c->unitree.motors_count) ||
         !copy_wrench_links(&robot->wrench_links, c) || !add_inputs(robot, c))
         return TFA_E_MEMORY;
@@ -108,10 +111,9 @@ static int make_robot(ros2_robot *robot, const gateway_context *from, uint32_t i
     return robot->arrays ? TFA_OK : TFA_E_MEMORY;
 }
 
-/* A scene has no topics of ROS 2. */
 static bool is_in(const tfa_robot *robot, const tfa_ros2_options *options)
 {
-    return !robot->scene && robot->config->ros2.enabled &&
+    return tfa_ros2_serves(robot) && robot->config->ros2.enabled &&
            tfa_ros2_domain_of(robot->config, options->common) == options->domain;
 }
 
@@ -142,6 +144,7 @@ static void free_robot(ros2_robot *robot)
                             DDS_FREE_ALL);
     free_texts(&robot->joints);
     free_texts(&robot->tips);
+    free_texts(&robot->constraints);
     free_texts(&robot->motors);
     free_texts(&robot->wrench_links);
     ros2_arrays_free(robot->arrays);
@@ -160,13 +163,20 @@ static bool make_reply_writer(const tfa_ros2 *gateway, ros2_robot *robot)
     return !tfa_dds_failed(robot->reply_writer, last->name);
 }
 
-/* Answers about tips only where there are tips. */
+/* Answers about tips and constraints only where there are any. */
+static bool is_offered(const ros2_robot *robot, int kind)
+{
+    if (kind == ROS2_CONSTRAINT_WRENCHES)
+        return robot->constrained;
+    return kind < ROS2_LAMBDA_INV || robot->tips.count > 0;
+}
+
 static bool make_writers(const tfa_ros2 *gateway, ros2_robot *robot)
 {
     static const char *const names[] = {ROS2_OUTPUT_NAMES};
     char name[TFA_ROS2_NAME_MAX + 1], relative[32];
     for (int k = 0; k < ROS2_OUTPUT_KINDS; k++) {
-        if (k >= ROS2_LAMBDA_INV && robot->tips.count == 0)
+        if (!is_offered(robot, k))
             continue;
         snprintf(relative, sizeof relative, "~/%s", names[k]);
         if (!tfa_ros2_full_name(robot->node_namespace, robot->node, relative, name)) {
@@ -309,6 +319,18 @@ int tfa_ros2_start(tfa_ros2 *gateway, const tfa_worker_robot *solvers)
 
 /* ---- other models ---- */
 
+/* Constraints stay active by their names. */
+static uint32_t adopt_active(const tfa_model *next, const tfa_model *before, uint32_t bits)
+{
+    uint32_t adopted = 0;
+    for (uint32_t k = 0; k < tfa_model_constraint_count(next); k++) {
+        const int32_t at = tfa_model_find_constraint(before, tfa_model_constraint(next, k).name);
+        if (at >= 0 && bits >> at & 1)
+            adopted |= UINT32_C(1) << k;
+    }
+    return adopted;
+}
+
 int ros2_exchange(ros2_robot *robot, const tfa_model *model, const tfa_worker_robot *solver)
 {
     ros2_arrays *next = ros2_arrays_create(robot, model);
@@ -317,6 +339,7 @@ int ros2_exchange(ros2_robot *robot, const tfa_model *model, const tfa_worker_ro
     if (next && before) {
         tfa_joint_inputs_adopt(next->state, before->state);
         tfa_joint_inputs_adopt(next->command, before->command);
+        robot->active.bits = adopt_active(model, before->model, robot->active.bits);
     }
     set_arrays(robot, next);
     robot->own.solver = *solver;

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Inputs of the ROS 2 gateway: from messages to values of joints, base and wrenches. A message that
- * is refused changes nothing; each refusal is counted at its topic, with its reason.
+ * Inputs of the ROS 2 gateway: from messages to values of joints, base, wrenches and constraints. A
+ * message that is refused changes nothing; each refusal is counted at its topic, with its reason.
  */
 #include "dds/ros2/ros2_internal.h"
 
@@ -181,6 +181,36 @@ static void read_wrench(ros2_input *in, const void *sample, int64_t now)
     wrench->received = now;
 }
 
+static int32_t find_constraint(const tfa_model *model, const char *name, size_t length)
+{
+    for (uint32_t k = 0; k < tfa_model_constraint_count(model); k++) {
+        const char *own = tfa_model_constraint(model, k).name;
+        if (strncmp(own, name, length) == 0 && !own[length])
+            return (int32_t)k;
+    }
+    return -1;
+}
+
+/* Names between blanks; none: no constraint is active. */
+static void read_constraints(ros2_input *in, const void *sample, int64_t now)
+{
+    static const char blanks[] = TFA_ROS2_BLANKS;
+    const char *at = ((const std_msgs_msg_dds__String_ *)sample)->data;
+    uint32_t bits = 0;
+    while (*(at += strspn(at, blanks))) {
+        const size_t length = strcspn(at, blanks);
+        const int32_t k = find_constraint(in->robot->arrays->model, at, length);
+        if (k < 0) {
+            ros2_refuse(in, "the robot has no constraint '%.*s'", length < 60 ? (int)length : 60,
+                        at);
+            return;
+        }
+        bits |= UINT32_C(1) << k;
+        at += length;
+    }
+    in->robot->active = (ros2_active){bits, now};
+}
+
 static void read_odometry(ros2_input *in, const void *sample, int64_t now)
 {
     const nav_msgs_msg_dds__Odometry_ *m = sample;
@@ -236,6 +266,7 @@ static const reader_of readers[ROS2_INPUT_KINDS] = {
     [ROS2_LOW_STATE_HG] = ros2_read_low_state_hg,
     [ROS2_ODOMETRY] = read_odometry,
     [ROS2_WRENCH] = read_wrench,
+    [ROS2_CONSTRAINTS] = read_constraints,
     [ROS2_EFFORT_COMMANDS] = read_effort_commands,
     [ROS2_JOINT_EFFORTS] = read_joint_efforts,
     [ROS2_TRAJECTORY] = read_trajectory,

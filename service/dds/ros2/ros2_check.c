@@ -89,7 +89,7 @@ static int check_topics(const checker *c)
         {"joint_states", r->joint_states},       {"odometry", r->odometry},
         {"effort_commands", r->effort_commands}, {"joint_efforts", r->joint_efforts},
         {"trajectory", r->trajectory},           {"robot_description", r->robot_description},
-        {"unitree.topic", r->unitree.topic},
+        {"unitree.topic", r->unitree.topic},     {"active_constraints", r->active_constraints},
     };
     char key[40];
     int status = check_node(c);
@@ -114,44 +114,94 @@ static const char *name_of_joint(const void *model, size_t index)
     return tfa_model_joint(model, (uint32_t)index).name;
 }
 
-static int check_link(const checker *c, const char *key, size_t index, const char *more,
-                      const char *link)
+static const char *name_of_constraint(const void *model, size_t index)
 {
-    char path[48], nearest[160];
-    if (!link || tfa_model_find_frame(c->model, link) >= 0)
-        return TFA_OK;
-    tfa_suggest(link, c->model, tfa_model_frame_count(c->model), name_of_frame, nearest,
-                sizeof nearest);
-    snprintf(path, sizeof path, "%s[%zu]%s", key, index, more);
-    return fail(c, TFA_E_LINK, path, "the robot has no link '%.60s'; nearest: %s", link, nearest);
+    return tfa_model_constraint(model, (uint32_t)index).name;
 }
 
-static int check_joint(const checker *c, const char *key, size_t index, const char *joint)
+/* What the keys name. */
+typedef struct part {
+    const char *what;
+    int status; /* there is none of that name */
+    int32_t (*find)(const tfa_model *model, const char *name);
+    uint32_t (*count)(const tfa_model *model);
+    tfa_list_name name;
+} part;
+
+static const part a_link = {"link", TFA_E_LINK, tfa_model_find_frame, tfa_model_frame_count,
+                            name_of_frame};
+static const part a_joint = {"joint", TFA_E_JOINT, tfa_model_find_joint, tfa_model_joint_count,
+                             name_of_joint};
+static const part a_constraint = {"constraint", TFA_E_ARGUMENT, tfa_model_find_constraint,
+                                  tfa_model_constraint_count, name_of_constraint};
+
+static int check_part(const checker *c, const part *p, const char *key, size_t index,
+                      const char *more, const char *name)
 {
     char path[48], nearest[160];
-    if (!joint || tfa_model_find_joint(c->model, joint) >= 0)
+    if (!name || p->find(c->model, name) >= 0)
         return TFA_OK;
-    tfa_suggest(joint, c->model, tfa_model_joint_count(c->model), name_of_joint, nearest,
-                sizeof nearest);
-    snprintf(path, sizeof path, "%s[%zu]", key, index);
-    return fail(c, TFA_E_JOINT, path, "the robot has no joint '%.60s'; nearest: %s", joint,
+    tfa_suggest(name, c->model, p->count(c->model), p->name, nearest, sizeof nearest);
+    snprintf(path, sizeof path, "%s[%zu]%s", key, index, more);
+    return fail(c, p->status, path, "the robot has no %s '%.60s'; nearest: %s", p->what, name,
                 nearest);
 }
 
-static int check_links_and_joints(const checker *c)
+static int check_parts(const checker *c, const part *p, const char *key, const char **names,
+                       size_t count)
+{
+    int status = TFA_OK;
+    for (size_t k = 0; k < count && status == TFA_OK; k++)
+        status = check_part(c, p, key, k, "", names[k]);
+    return status;
+}
+
+static int check_names(const checker *c)
 {
     const config_robot_ros2 *r = c->config;
-    int status = TFA_OK;
-    for (size_t k = 0; k < r->tips_count && status == TFA_OK; k++)
-        status = check_link(c, "tips", k, "", r->tips[k]);
+    int status = check_parts(c, &a_link, "tips", r->tips, r->tips_count);
     for (size_t k = 0; k < r->wrenches_count && status == TFA_OK; k++)
-        status = check_link(c, "wrenches", k, ".link", r->wrenches[k].link);
-    for (size_t k = 0; k < r->joints_count && status == TFA_OK; k++)
-        status = check_joint(c, "joints", k, r->joints[k]);
+        status = check_part(c, &a_link, "wrenches", k, ".link", r->wrenches[k].link);
+    if (status == TFA_OK)
+        status = check_parts(c, &a_joint, "joints", r->joints, r->joints_count);
     for (size_t k = 0; k < r->unitree.motors_count && status == TFA_OK; k++)
         if (r->unitree.motors[k] && strcmp(r->unitree.motors[k], "-") != 0)
-            status = check_joint(c, "unitree.motors", k, r->unitree.motors[k]);
+            status = check_part(c, &a_joint, "unitree.motors", k, "", r->unitree.motors[k]);
+    if (status == TFA_OK)
+        status = check_parts(c, &a_constraint, "constraints", r->constraints, r->constraints_count);
     return status;
+}
+
+/* ---- constraints ---- */
+
+/* Messages part names by blanks. */
+static int check_blanks(const checker *c)
+{
+    for (uint32_t k = 0; k < tfa_model_constraint_count(c->model); k++) {
+        const char *name = tfa_model_constraint(c->model, k).name;
+        if (name[strcspn(name, TFA_ROS2_BLANKS)])
+            return fail(c, TFA_E_ARGUMENT, "active_constraints",
+                        "constraint '%.60s' has a blank in its name, and messages have blanks "
+                        "between names; rename it",
+                        name);
+    }
+    return TFA_OK;
+}
+
+static int check_constraints(const checker *c)
+{
+    const config_robot_ros2 *r = c->config;
+    const char *key = r->active_constraints ? "active_constraints" : "constraints";
+    if (r->op == CONFIG_ROS2_CONSTRAINED_DYNAMICS && tfa_model_constraint_count(c->model) == 0)
+        return fail(c, TFA_E_ARGUMENT, "op",
+                    "%s has no constraints; give them to a scene of the robot and name it by "
+                    "ros2.scene",
+                    r->scene ? "the scene" : "the robot");
+    if (r->op != CONFIG_ROS2_CONSTRAINED_DYNAMICS &&
+        (r->active_constraints || r->constraints_count))
+        return fail(c, TFA_E_ARGUMENT, key,
+                    "forward_dynamics has no constraints; write op: constrained_dynamics");
+    return r->active_constraints ? check_blanks(c) : TFA_OK;
 }
 
 /* No joint may be named twice: the second number would overwrite the first. */
@@ -227,20 +277,48 @@ static int check_coordinates(const checker *c)
         if (joint.q_count != 1)
             return fail(c, TFA_E_UNSUPPORTED, "enabled",
                         "joint '%.60s' has %u coordinates, a JointState has one for each joint; "
-                        "lock it in a robot of its own or use the totalforce topics",
+                        "lock it in a scene or use the totalforce topics",
                         joint.name, joint.q_count);
     }
     return TFA_OK;
 }
 
-int tfa_ros2_check_robot(const config *all, const config_robot *robot, const tfa_model *model,
+bool tfa_ros2_serves(const tfa_robot *robot)
+{
+    const char *scene = robot->config->ros2.scene;
+    return robot->scene && scene ? strcmp(robot->scene->name, scene) == 0 : !robot->scene && !scene;
+}
+
+static const char *name_of_scene(const void *robot, size_t index)
+{
+    return ((const config_robot *)robot)->scenes[index].name;
+}
+
+/* The model of the robot or of the scene that its key names. */
+static int find_model(checker *c, const config_robot *robot, const tfa_robot *served)
+{
+    const char *scene = robot->ros2.scene;
+    char nearest[160];
+    for (size_t k = 0; k < tfa_robot_count(robot) && !c->model; k++)
+        if (tfa_ros2_serves(&served[k]))
+            c->model = served[k].model;
+    if (c->model)
+        return TFA_OK;
+    tfa_suggest(scene, robot, robot->scenes_count, name_of_scene, nearest, sizeof nearest);
+    return fail(c, TFA_E_ARGUMENT, "scene", "the robot has no scene '%.60s'; nearest: %s", scene,
+                nearest);
+}
+
+int tfa_ros2_check_robot(const config *all, const config_robot *robot, const tfa_robot *served,
                          gateway_error *error)
 {
     const config_robot_ros2 *settings = &robot->ros2;
-    const checker c = {settings, model, error};
+    checker c = {settings, NULL, error};
     if (!all->ros2.enabled || !settings->enabled)
         return TFA_OK;
     int status = check_topics(&c);
+    if (status == TFA_OK)
+        status = find_model(&c, robot, served);
     if (status == TFA_OK)
         status = check_coordinates(&c);
     if (status == TFA_OK)
@@ -248,7 +326,9 @@ int tfa_ros2_check_robot(const config *all, const config_robot *robot, const tfa
     if (status == TFA_OK)
         status = check_motors(&c);
     if (status == TFA_OK)
-        status = check_links_and_joints(&c);
+        status = check_constraints(&c);
+    if (status == TFA_OK)
+        status = check_names(&c);
     if (status == TFA_OK)
         status = check_distinct(&c, "joints", settings->joints, settings->joints_count);
     if (status == TFA_OK)

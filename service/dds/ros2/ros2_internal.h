@@ -35,6 +35,7 @@ typedef enum ros2_input_kind {
     ROS2_LOW_STATE_HG,
     ROS2_ODOMETRY,
     ROS2_WRENCH,
+    ROS2_CONSTRAINTS,
     ROS2_EFFORT_COMMANDS,
     ROS2_JOINT_EFFORTS,
     ROS2_TRAJECTORY,
@@ -49,9 +50,11 @@ static inline bool ros2_is_command(ros2_input_kind kind)
 
 /* Answers, below the node; names in the order of the kinds. */
 #define ROS2_OUTPUT_NAMES                                                                          \
-    "accelerations", "gravity_torques", "lambda_inv", "jacobian", "bias_acceleration"
+    "accelerations", "constraint_wrenches", "gravity_torques", "lambda_inv", "jacobian",           \
+        "bias_acceleration"
 typedef enum ros2_output_kind {
     ROS2_ACCELERATIONS,
+    ROS2_CONSTRAINT_WRENCHES,
     ROS2_GRAVITY_TORQUES,
     ROS2_LAMBDA_INV,
     ROS2_JACOBIAN,
@@ -109,6 +112,12 @@ typedef struct ros2_base {
     int64_t received; /* ns; 0: never */
 } ros2_base;
 
+/* Constraints that are active: bits of tfa_model_constraint. */
+typedef struct ros2_active {
+    uint32_t bits;
+    int64_t received; /* ns; 0: never */
+} ros2_active;
+
 /* Everything whose size depends on the model, and the messages that point at it. */
 typedef struct ros2_arrays {
     const tfa_model *model;
@@ -124,6 +133,10 @@ typedef struct ros2_arrays {
     double *numbers;                      /* the memory of the following */
     double *q, *v, *tau, *qdd, *gravity, *lambda_inv, *jacobian, *bias;
     double base_acceleration[6];
+    uint32_t default_constraints, constraints; /* without a message; of the last answer: bits */
+    double constraint_wrench[TFA_MAX_CONSTRAINTS][6];
+    char *constraint_name[TFA_MAX_CONSTRAINTS]; /* of the last answer */
+    sensor_msgs_msg_dds__MultiDOFJointState_ constraint_wrenches;
     tfa_answer answer;
     char *row_label, *column_label; /* of the tips' rows; of the freedoms */
     trajectory_msgs_msg_dds__JointTrajectoryPoint_ point;
@@ -150,8 +163,9 @@ struct ros2_robot {
     uint32_t index;       /* in the robot set */
     size_t config_number; /* of the robot in the configuration */
     struct tfa_ros2 *gateway;
-    int64_t state_age, command_age;                /* ns */
-    ros2_texts joints, tips, motors, wrench_links; /* of the configuration, copied */
+    int64_t state_age, command_age; /* ns */
+    bool constrained;               /* its commands are answered by constrained_dynamics */
+    ros2_texts joints, tips, motors, wrench_links, constraints; /* of the configuration, copied */
     ros2_input inputs[ROS2_INPUTS_MAX];
     uint32_t input_count;
     dds_entity_t writers[ROS2_OUTPUT_KINDS];
@@ -167,6 +181,7 @@ struct ros2_robot {
     bool state_is_new;
     ros2_base base;
     ros2_wrench wrenches[TFA_MAX_WRENCHES];
+    ros2_active active;
     ros2_counts counts, counts_before; /* before: at the last diagnostics */
     char description_error[200];
     uint64_t descriptions, descriptions_refused;
@@ -262,7 +277,8 @@ void ros2_read_low_state_hg(ros2_input *in, const void *sample, int64_t now);
 
 /* ---- answers.c: from values to answers; the robot is locked ---- */
 
-/* Forward dynamics of the state and the commands as they are; the header is echoed. */
+/* Forward or constrained dynamics of the state and the commands as they are; their header is
+ * echoed. */
 void ros2_answer_command(ros2_robot *robot, const ros2_header *header, int64_t now);
 /* Answers a call of the service. */
 void ros2_answer_call(ros2_input *in, const void *sample, int64_t now);

@@ -106,6 +106,9 @@ static void check_sizes(const totalforce_dds_Request *sample, const tfa_wire_sha
         *field_error = (tfa_dds_field_error){TFA_E_METHOD, TFA_FIELD_METHOD, sample->method};
     else if (sample->rows > TFA_ROWS_POINT)
         *field_error = (tfa_dds_field_error){TFA_E_ARGUMENT, TFA_FIELD_ROWS, sample->rows};
+    else if (tfa_constraints_of(sample->op, sample->constraints) > tfa_wire_constraints(shape))
+        *field_error = (tfa_dds_field_error){TFA_E_SIZE, TFA_FIELD_CONSTRAINTS,
+                                             (uint32_t)__builtin_popcount(sample->constraints)};
 }
 
 /* The indices, whose numbers decide sizes of arrays */
@@ -138,6 +141,7 @@ int tfa_dds_request_view(const totalforce_dds_Request *sample, const tfa_wire_sh
         .count = sample->count,
         .rows = (tfa_rows)sample->rows,
         .rank_loss = (tfa_rank_loss)sample->rank_loss,
+        .constraints = sample->constraints,
     };
     view_indices(sample, shape, request, field_error);
     const tfa_extents n =
@@ -217,7 +221,8 @@ int tfa_dds_request_fill(const tfa_request *request, const tfa_wire_shape *shape
         tfa_extents_of(shape->q_count, shape->v_count, 0, 0, shape->modes, request);
 
     if (request->tip_count > shape->max_tips || request->wrench_count > TFA_MAX_WRENCHES ||
-        request->payload_count > TFA_MAX_PAYLOADS || request->locked_count > shape->v_count)
+        request->payload_count > TFA_MAX_PAYLOADS || request->locked_count > shape->v_count ||
+        tfa_constraint_numbers(request) > tfa_wire_constraints(shape))
         return TFA_E_SIZE;
     sample->op = (uint32_t)request->op;
     sample->method = (uint32_t)request->method;
@@ -228,6 +233,7 @@ int tfa_dds_request_fill(const tfa_request *request, const tfa_wire_shape *shape
     sample->count = request->count;
     sample->rows = (uint32_t)request->rows;
     sample->rank_loss = (uint32_t)request->rank_loss;
+    sample->constraints = request->constraints;
     sample->tips = alias_indices(request->tips, request->tip_count);
     sample->wrench_frames = alias_indices(request->wrench_frames, request->wrench_count);
     sample->payload_frames = alias_indices(request->payload_frames, request->payload_count);

@@ -37,6 +37,8 @@ dds_return_t tfa_dds_write_info(tfa_dds *gateway, const dds_robot *robot)
     char **frame = calloc(frames + 1u, sizeof *frame);
     const uint32_t modes = robot->shape.modes;
     uint32_t *mode = calloc(modes + 1u, sizeof *mode);
+    char *constraint[TFA_MAX_CONSTRAINTS];
+    const uint32_t constraints = tfa_model_constraint_count(robot->model);
     totalforce_dds_RobotInfo info = {
         .q_count = robot->shape.q_count,
         .v_count = robot->shape.v_count,
@@ -46,6 +48,7 @@ dds_return_t tfa_dds_write_info(tfa_dds *gateway, const dds_robot *robot)
         .joints = {joints, joints, joint, false},
         .frames = {frames, frames, frame, false},
         .modes = {modes, modes, mode, false},
+        .constraints = {constraints, constraints, constraint, false},
     };
     dds_return_t code = DDS_RETCODE_OUT_OF_RESOURCES;
 
@@ -60,6 +63,8 @@ dds_return_t tfa_dds_write_info(tfa_dds *gateway, const dds_robot *robot)
         for (uint32_t i = 0; i < modes; i++)
             mode[i] =
                 (uint32_t)tfa_model_find_frame(robot->model, tfa_model_mode(robot->model, i).link);
+        for (uint32_t i = 0; i < constraints; i++)
+            constraint[i] = alias_text(tfa_model_constraint(robot->model, i).name);
         code = dds_write(gateway->info_writer, &info);
     }
     free(joint);

@@ -12,6 +12,7 @@
 #include <cstdint>
 
 #define _Alignas alignas
+#define _Static_assert static_assert
 
 extern "C" {
 #include "dynamics/scan/chain_cut.h"

@@ -395,7 +395,8 @@ uint32_t op_flags(tfa_op op)
 {
     const uint32_t forces =
         op == TFA_OP_FORWARD_DYNAMICS || op == TFA_OP_INVERSE_DYNAMICS ? TFA_WANT_JOINT_FORCES : 0;
-    return (op_has_lambda(op) ? TFA_WANT_ALL & ~TFA_WANT_JOINT_FORCES : OP_KINEMATICS) | forces;
+    const uint32_t others = TFA_WANT_ALL & ~(TFA_WANT_JOINT_FORCES | TFA_WANT_DELASSUS);
+    return (op_has_lambda(op) ? others : OP_KINEMATICS) | forces;
 }
 
 const char *const op_output_names[TFA_WIRE_REPLY_BLOCKS] = {

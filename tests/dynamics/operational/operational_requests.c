@@ -147,7 +147,7 @@ static const tfa_op all_ops[] = {TFA_OP_FORWARD_DYNAMICS,    TFA_OP_INVERSE_DYNA
 /* 1: an answer by flag that the op does not have */
 static bool is_unanswered(tfa_op op, uint32_t flag)
 {
-    return (flag & LAMBDA_FLAGS && !op_has_lambda(op)) ||
+    return (flag & LAMBDA_FLAGS && !op_has_lambda(op)) || flag == TFA_WANT_DELASSUS ||
            (flag == TFA_WANT_JOINT_FORCES && op != TFA_OP_FORWARD_DYNAMICS &&
             op != TFA_OP_INVERSE_DYNAMICS);
 }

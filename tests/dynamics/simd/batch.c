@@ -68,6 +68,13 @@ static void every_question(test_robot *robot)
 /* The same bits as one at a time, whatever is asked. */
 EVERY_ROBOT(same_bits_as_one_at_a_time, every_question, false)
 
+static void every_constrained_question(test_robot *robot)
+{
+    fixture_constrained(robot, every_question);
+}
+
+EVERY_ROBOT(the_same_with_constraints, every_constrained_question, false)
+
 static const question derivatives = {
     "derivatives", .op = TFA_OP_DERIVATIVES, .refine = TFA_REFINE_DEFAULT};
 

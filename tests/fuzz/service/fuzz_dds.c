@@ -96,6 +96,7 @@ static void make_request(bytes *b, totalforce_dds_Request *s)
                                   .flags = next(b, 2) % (TFA_WANT_ALL + 2),
                                   .rows = next(b, 1) % 3,
                                   .rank_loss = next(b, 1) % 4,
+                                  .constraints = next(b, 1),
                                   .count = next(b, 1) % (BATCH + 2)};
     s->tips = make_indices(b, indices[0]);
     s->wrench_frames = make_indices(b, indices[1]);

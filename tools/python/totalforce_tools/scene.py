@@ -103,7 +103,9 @@ OPTIONS = [
            "about that in kg m^2", read_payload),
     Option("modes", None, "FILE", "Modes of flexible links, as YAML (`totalforce beam` writes "
            "those of a beam)", lambda text, before: (before or []) + [text]),
-    Group("--lock, --tip, --payload and --modes may be given several times."),
+    Option("constraints", None, "FILE", "Closed loops, contacts and joints with a motor, as YAML",
+           lambda text, before: (before or []) + [text]),
+    Group("--lock, --tip, --payload, --modes and --constraints may be given several times."),
 ]
 
 
@@ -135,7 +137,7 @@ def load(path, o):
         "base": o.base, "gravity": o.gravity, "mimic": o.mimic, "inertia": o.inertia,
         "rotor_inertia": o.rotor_inertia, "damping": o.damping, "snap": o.snap, "root": o.root,
         "lock_massless_leaves": o.lock_massless_leaves, "tips": o.tip, "payload": o.payload,
-        "modes": o.modes,
+        "modes": o.modes, "constraints": o.constraints,
         # seven numbers are room for any joint
         "locked": [(name, values + [0.0] * (7 - len(values))) for name, values in locks],
     }

@@ -43,7 +43,8 @@ def compile_model(settings, urdf):
         tips=scene.get("tips"), payload=scene.get("payloads"),
         locked={lock["joint"]: lock["q"] for lock in scene.get("locks", ())},
         armature={entry["joint"]: entry["value"] for entry in o["armature"]},
-        modes=json.dumps(scene["modes"]).encode() if "modes" in scene else None,
+        **{name: json.dumps(scene[name]).encode() for name in ("modes", "constraints")
+           if name in scene},
         **flags, **{name: words.split("|")[o[name]] for name, words in POLICIES.items()})
 
 

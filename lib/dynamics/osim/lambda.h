@@ -107,6 +107,9 @@ void TFA_V(tip_start)(const struct state *s, uint32_t t, tfa_reference_frame fra
 /* Propagates them through the joint of their body: its psi and phi are kept, s->support says so. */
 void TFA_V(tip_through_joint)(struct state *s, uint32_t t, struct tip_wrenches *w);
 
+/* At a floating base of a rigid body, where they end: keeps psi and no phi. */
+void TFA_V(tip_at_base)(struct state *s, uint32_t t, struct tip_wrenches *w);
+
 /* Propagates the wrenches of `tips` (bits) through a segment of bodies that moves its outer end by
  * C f under a force f there and passes A^T f on: Lambda^-1_tu += P_t^T C P_u, P <- A^T P. */
 void TFA_V(tips_through_segment)(struct state *s, uint32_t tips, struct tip_wrenches *w,

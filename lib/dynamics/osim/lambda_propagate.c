@@ -66,6 +66,13 @@ TFA_OUTLINE void keep_psi_nd(const struct state *s, const struct tfa_body *b, ui
         vec6_store(tip_columns(s, table, b->v + k, t), &psi[k]);
 }
 
+void TFA_V(tip_at_base)(struct state *s, uint32_t t, struct tip_wrenches *w)
+{
+    keep_psi_nd(s, &s->body[w->body], w->moved, &w->P, s->psi, t);
+    s->support[w->body] |= 1u << t;
+    w->body = -1;
+}
+
 TFA_INLINE void keep_psi(const struct state *s, int32_t i, uint32_t moved,
                          const struct wrench_columns *p, num *table, uint32_t t)
 {

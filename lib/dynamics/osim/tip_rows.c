@@ -20,7 +20,10 @@ static void propagate_tips(struct state *s, tfa_reference_frame frame)
     TFA_V(support_clear)(s);
     for (uint32_t t = 0; t < s->tips; t++)
         for (TFA_V(tip_start)(s, t, frame, &w); w.body >= 0;)
-            TFA_V(tip_through_joint)(s, t, &w);
+            if (s->body[w.body].base && s->body[w.body].flexible < 0)
+                TFA_V(tip_at_base)(s, t, &w);
+            else
+                TFA_V(tip_through_joint)(s, t, &w);
 }
 
 /* D^-1/2 of the freedoms of a joint; 0 of locked ones */

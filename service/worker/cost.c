@@ -43,6 +43,8 @@ uint64_t tfa_cost_kind(const tfa_request *r)
     kind = mix(kind, (uint64_t)r->tip_count << 32 | r->wrench_count);
     kind = mix(kind, (uint64_t)r->payload_count << 32 | r->locked_count);
     kind = mix(kind, count_class(r->count));
+    if (tfa_constraint_numbers(r))
+        kind = mix(kind, r->constraints);
     kind = mix_indices(kind, r->tips, r->tip_count, TFA_MAX_TIPS);
     kind = mix_indices(kind, r->payload_frames, r->payload_count, TFA_MAX_PAYLOADS);
     kind = mix_indices(kind, r->locked, r->locked_count, UINT32_MAX);

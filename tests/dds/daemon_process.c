@@ -8,6 +8,7 @@
 #include "harness.h"
 #include "herald.h"
 #include "robots.h"
+#include "support/closed_dog.h"
 #include "test.h"
 
 #include <signal.h>
@@ -26,23 +27,17 @@ test_daemon test_daemon_start(uint32_t domain, const test_daemon_options *option
 {
     char robots[1536];
     (void)options;
-    snprintf(
-        robots, sizeof robots,
-        "  - name: hidden\n    urdf: @/config/robots/quadruped.urdf\n    dds: false\n" ARM
-        "    estimate: never\n    max_batch: %d\n"
-        "  - name: secret\n    urdf: @/config/robots/arm7.urdf\n    dds: false\n"
-        "  - name: four\n    urdf: @/config/robots/quadruped.urdf\n    base: floating\n"
-        "    estimate: never\n    max_batch: %d\n"
-        "    scenes:\n"
-        "      - name: walker\n"
-        "        constraints:\n"
-        "          - {name: stand, second: {link: FL_foot}, hold: point, unilateral: true}\n"
-        "          - {name: rod, first: {link: FR_foot}, second: {link: RL_foot}, hold: hinge}\n",
-        TEST_BATCH, TEST_BATCH);
+    snprintf(robots, sizeof robots,
+             "  - name: hidden\n    urdf: @/config/robots/quadruped.urdf\n    dds: false\n" ARM
+             "    estimate: never\n    max_batch: %d\n"
+             "  - name: secret\n    urdf: @/config/robots/arm7.urdf\n    dds: false\n"
+             "  - name: four\n    urdf: @/config/robots/quadruped.urdf\n    base: floating\n"
+             "    estimate: never\n    max_batch: %d\n" CLOSED_DOG_YAML,
+             TEST_BATCH, TEST_BATCH);
     running = harness_serve(robots, dds_yaml(domain, TEST_LEASE_MS));
     assert_true(harness_logged(&running, "ready:"));
     dds_herald(domain, "arm");
-    dds_herald(domain, "four.walker");
+    dds_herald(domain, "four.closed");
     return (test_daemon){.pid = running.pid, .out = -1};
 }
 

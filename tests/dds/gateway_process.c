@@ -158,7 +158,7 @@ test_daemon test_daemon_start(uint32_t domain, const test_daemon_options *option
     read_line(daemon.out, line, sizeof line);
     assert_string_equal(line, "ready");
     dds_herald(domain, "arm");
-    dds_herald(domain, "four.walker");
+    dds_herald(domain, "four.closed");
     return daemon;
 }
 

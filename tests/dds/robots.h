@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Two robots for the DDS tests: "arm" on a fixed base and "four.walker" on a floating one.
+ * Two robots for the DDS tests: "arm" on a fixed base, and "four.closed", which floats and has two
+ * constraints.
  */
 #ifndef TFA_TESTS_DDS_ROBOTS_H
 #define TFA_TESTS_DDS_ROBOTS_H
@@ -17,7 +18,7 @@ typedef struct test_robot {
     tfa_model *model;
 } test_robot;
 
-/* Compiles both, the walker with two constraints; release the models with tfa_model_free */
+/* Compiles both; release the models with tfa_model_free */
 void test_robots_make(test_robot robots[TEST_ROBOTS]);
 
 #endif

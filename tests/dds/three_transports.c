@@ -10,6 +10,7 @@
 
 #include "harness.h"
 #include "herald.h"
+#include "support/closed_dog.h"
 
 #include <signal.h>
 #include <string.h>
@@ -33,6 +34,7 @@
 #define ARM7 "/config/robots/arm7.urdf"
 #define DOG "/config/robots/quadruped.urdf"
 #define FLEXIBLE "arm.flexible"
+#define CLOSED "dog.closed"
 #define MODES "/tests/tools/data/arm7_modes.yaml"
 #define GIMBAL "/tests/tools/data/gimbal.urdf"
 
@@ -89,6 +91,7 @@ static tfa_request make_request(const transports *d, tfa_op op, unsigned choice,
     static const double load[TFA_PAYLOAD_NUMBERS] = {0.5,   0.1, 0,    0.2, 0.01,
                                                      0.001, 0,   0.02, 0,   0.03};
     static const uint32_t joint = 2;
+    static const double gains[2] = {100, 20};
     tfa_request r = {.op = op,
                      .estimate = TFA_ESTIMATE_NEVER,
                      .refine = TFA_REFINE_DEFAULT,
@@ -114,6 +117,9 @@ static tfa_request make_request(const transports *d, tfa_op op, unsigned choice,
     r.payloads = load;
     r.locked_count = choice & LOCKED ? 1 : 0;
     r.locked = &joint;
+    r.constraints = tfa_all_constraints(tfa_model_constraint_count(d->model));
+    r.constraint_acceleration = numbers[6];
+    r.stabilisation = gains;
     return r;
 }
 
@@ -231,8 +237,11 @@ static transports open_transports(const harness *h, const char *robot, const cha
     ring.max_tips = max_tips;
     if (strcmp(robot, FLEXIBLE) == 0)
         assert_int_equal(tfa_modes_load(TFA_SOURCE_DIR MODES, &of_links, &report), TFA_OK);
-    const tfa_scene scene = {.modes = of_links.links, .modes_count = of_links.count};
-    const tfa_model_options options = {.base = base, .scene = of_links.count ? &scene : NULL};
+    const tfa_scene flexible = {.modes = of_links.links, .modes_count = of_links.count};
+    const tfa_model_options options = {.base = base,
+                                       .scene = of_links.count               ? &flexible
+                                                : strcmp(robot, CLOSED) == 0 ? &closed_dog_scene
+                                                                             : NULL};
     assert_int_equal(tfa_model_load(file, &options, &report, &d.model), TFA_OK);
     assert_int_equal(tfa_workspace_create(d.model, &workspace, &d.library), TFA_OK);
     assert_int_equal(tfa_client_connect(&ring, &d.ring), TFA_OK);
@@ -310,6 +319,22 @@ static void ask_for_one_buffer(transports *d)
 static void ask_robot(const harness *h, const char *robot, const char *file, tfa_base base)
 {
     transports d = open_transports(h, robot, file, base, 0);
+    ask_all(&d);
+    ask_without_rank(&d);
+    ask_for_one_buffer(&d);
+    close_transports(&d);
+}
+
+/* Constraints of a scene come by name, and their answers with their bits. */
+static void ask_closed(const harness *h)
+{
+    transports d = open_transports(h, CLOSED, TFA_SOURCE_DIR DOG, TFA_BASE_FLOATING, 0);
+    const tfa_client_info *infos[] = {tfa_client_get_info(d.ring), tfa_dds_client_get_info(d.dds)};
+    for (int k = 0; k < 2; k++) {
+        assert_int_equal(infos[k]->constraint_count, 2);
+        assert_string_equal(infos[k]->constraint_names[0], "stand");
+        assert_string_equal(infos[k]->constraint_names[1], "rod");
+    }
     ask_all(&d);
     ask_without_rank(&d);
     ask_for_one_buffer(&d);
@@ -440,12 +465,12 @@ static unsigned logged_number(const harness *h, const char *text)
 static void assert_logged(const harness *h)
 {
     /* robots and ops; choices, flags, counts; policies; buffers; rows and numbers of many tips */
-    unsigned asked = TFA_OP_LAST * 2 * (POLICIES + TFA_WIRE_REPLY_BLOCKS + 2 * 3);
+    unsigned asked = TFA_OP_LAST * (3 * (POLICIES + TFA_WIRE_REPLY_BLOCKS) + 2 * 2 * 3);
     for (tfa_op op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_LAST; op++)
         for (unsigned k = 0; k < CHOICES * FLAG_SETS; k++)
-            asked += is_asked(op, k % CHOICES, k / CHOICES) ? 3 * 2 : 0;
+            asked += is_asked(op, k % CHOICES, k / CHOICES) ? 4 * 2 : 0;
     char text[128];
-    snprintf(text, sizeof text, "dds: domain %u, 4 robots: totalforce/request and", test_domain());
+    snprintf(text, sizeof text, "dds: domain %u, 5 robots: totalforce/request and", test_domain());
     assert_true(harness_logged(h, text));
     const unsigned more = 48 + TFA_OP_LAST * METHODS * 2; /* the gimbal */
     assert_in_range(requests, asked, asked + more);
@@ -481,7 +506,7 @@ static void assert_counted(const harness *h)
     }
     for (uint32_t i = 0; i < s->robot_count; i++) {
         assert_true(s->robots[i].served.dds && s->robots[i].dds_request);
-        assert_int_equal(s->robots[i].state.floating, i == 0);
+        assert_int_equal(s->robots[i].state.floating, i == 0 || i == 1);
         all += s->robots[i].total.requests;
         by_ring += s->robots[i].departed.requests;
     }
@@ -496,7 +521,7 @@ TEST(library_ring_and_dds_agree)
 {
     static const char robots[] =
         "  - name: dog\n    urdf: @" DOG "\n"
-        "    base: floating\n    max_batch: 3\n    max_tips: 32\n"
+        "    base: floating\n    max_batch: 3\n    max_tips: 32\n" CLOSED_DOG_YAML
         "  - name: gimbal\n    urdf: @" GIMBAL "\n    max_batch: 3\n    max_tips: 32\n"
         "  - name: arm\n    urdf: @" ARM7 "\n    max_batch: 3\n    max_tips: 32\n"
         "    scenes: [{name: flexible, modes: [@" MODES "]}]\n";
@@ -507,11 +532,13 @@ TEST(library_ring_and_dds_agree)
     dds_herald(test_domain(), "dog");
     dds_herald(test_domain(), "gimbal");
     dds_herald(test_domain(), FLEXIBLE);
+    dds_herald(test_domain(), CLOSED);
     ask_robot(&h, "arm", TFA_SOURCE_DIR ARM7, TFA_BASE_FIXED);
     ask_robot(&h, "dog", TFA_SOURCE_DIR DOG, TFA_BASE_FLOATING);
     ask_many_tips(&h, "arm", TFA_SOURCE_DIR ARM7, TFA_BASE_FIXED);
     ask_many_tips(&h, "dog", TFA_SOURCE_DIR DOG, TFA_BASE_FLOATING);
     ask_flexible(&h);
+    ask_closed(&h);
     ask_beyond_the_connection(&h);
     ask_nearly_singular(&h);
     assert_counted(&h);

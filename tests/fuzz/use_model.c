@@ -20,6 +20,7 @@ struct exchange {
     tfa_reply reply;
     size_t count, n, tips; /* states, rows of M, tips */
     double *q, *v, *tau, *qdd, *pose, *twist, *wrench, *acceleration, *wrenches, *payloads, *task;
+    double *wanted; /* of constraints */
     uint32_t *locked;
     double gravity[3];
 };
@@ -210,6 +211,8 @@ static void make_exchange(struct exchange *x, const tfa_model *m, struct random_
     r->flags =
         (uint32_t)random_below(c, TFA_WANT_ALL + 1) & (uint32_t)random_below(c, TFA_WANT_ALL + 1);
     r->task_acceleration = x->task;
+    x->wanted = numbers(x->count * 6 * (size_t)__builtin_popcount(r->constraints), 10, c);
+    r->constraint_acceleration = x->wanted;
     r->q = x->q;
     r->v = x->v;
     r->tau = x->tau;
@@ -229,7 +232,7 @@ static void free_exchange(struct exchange *x)
 {
     double *const arrays[] = {x->q,        x->v,        x->tau,    x->qdd,
                               x->pose,     x->twist,    x->wrench, x->acceleration,
-                              x->wrenches, x->payloads, x->task};
+                              x->wrenches, x->payloads, x->task,   x->wanted};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
         free(arrays[i]);
     for (int i = 0; i < REPLY_ARRAYS; i++)

@@ -226,6 +226,70 @@ class Requests(Case):
         ):
             self.dog.mass_matrix(np.zeros(n), base_pose=[0, 0, 0, 0, 0, 0, 2])
 
+    def test_constraints(self):
+        feet = support.ROBOTS / "quadruped_feet.yaml"
+        dog = tf.Workspace(load("quadruped", "floating", constraints=feet))
+        state = {"q": np.zeros(12), "base_pose": self.pose}
+        known = "the robot has 4 constraints (FL_foot, FR_foot, RL_foot, RR_foot)"
+        for fields, kind, text, attributes in (
+            (
+                dict(constraints=["FL_fot"]),
+                tf.InputError,
+                f"no constraint 'FL_fot'; nearest: 'FL_foot', 'FR_foot', 'RL_foot'; {known}",
+                dict(field="constraints", constraint="FL_fot"),
+            ),
+            (dict(constraints=[4]), tf.InputError, "no constraint '4'; nearest: ", {}),
+            (dict(constraints=["FL_foot", 0]), tf.InputError, "'FL_foot' twice", {}),
+            (dict(constraints=3.5), tf.InputTypeError, "must be a list of constraints", {}),
+            (dict(constraints=[]), tf.InputError, f"none active; {known}", {}),
+            (dict(stabilisation=[1]), tf.InputError, "stabilisation: 1 numbers", {}),
+            (
+                dict(stabilisation=[1, -2]),
+                tf.InputError,
+                "stabilisation[1]: -2: must not be negative",
+                dict(field="stabilisation", index=1),
+            ),
+            (
+                dict(constraint_acceleration={"FL_foot": [0] * 6}, constraints="FR_foot"),
+                tf.InputError,
+                "'FL_foot' is not active; name it in constraints",
+                dict(constraint="FL_foot"),
+            ),
+            (
+                dict(constraint_acceleration={"FR_foot": [0] * 5}),
+                tf.InputError,
+                "constraint_acceleration.FR_foot: shape (5,), must be (6,)",
+                {},
+            ),
+            (
+                dict(constraint_acceleration=np.zeros(6)),
+                tf.InputError,
+                "shape (6,), must be (24,) or (count, 24): 6 for each of 4 active constraints",
+                {},
+            ),
+            (
+                dict(constraint_acceleration={"RR_foot": [0, NAN, 0, 0, 0, 0]}, constraints=[0, 3]),
+                tf.InputError,
+                "constraint_acceleration[1] (RR_foot): nan: not a finite number",
+                dict(field="constraint_acceleration", constraint="RR_foot", index=7),
+            ),
+            (dict(torque_weights=np.ones(12)), tf.InputTypeError, "does not use it", {}),
+            (
+                dict(rank_loss="refuse", rank_threshold=0.1),
+                tf.NotComputedError,
+                "constraints: rows of FL_foot, FR_foot, RL_foot, RR_foot depend on each other",
+                dict(status="E_RANK"),
+            ),
+        ):
+            with self.subTest(**fields), self.fails(kind, text, **attributes):
+                dog.constrained_dynamics(**state, **fields)
+        with self.fails(
+            tf.InputError, "torque_weights[1] (FL_thigh_joint): 0: must be above 0", index=1
+        ):
+            dog.constrained_inverse_dynamics(**state, torque_weights={"FL_thigh_joint": 0})
+        with self.fails(tf.InputError, "the robot has no constraints; `constraints` of its scene"):
+            self.dog.impact(**state)
+
     def test_positions(self):
         q = np.zeros(7)
         with self.fails(tf.InputTypeError, "by position are too many"):

@@ -64,6 +64,21 @@ def questions(model, tips, rng):
     yield "derivatives", {**s, **tau}
 
 
+def one_state(fields, k):
+    """State k of a batch."""
+    if isinstance(fields, np.ndarray):
+        return fields[k] if fields.ndim == 2 else fields
+    if isinstance(fields, dict):
+        return {name: one_state(value, k) for name, value in fields.items()}
+    return fields
+
+
+def named(fields, names):
+    """With names in place of indices of constraints, as JSON has them."""
+    listed = [names[c] if isinstance(c, int) else c for c in fields.get("constraints", [])]
+    return {**fields, "constraints": listed} if listed else fields
+
+
 class SameBits(Case):
     def compare(self, solver, answers, asked):
         self.assertEqual(len(answers), len(asked))
@@ -200,6 +215,64 @@ class SameBits(Case):
             for name in ("qdd", "modes"):
                 self.same_bits(reply[name][k], alone[name], f"{name}[{k}]")
                 self.same_bits(spread[name][k], alone[name], f"{name}[{k}] of a pool")
+
+    def test_constraints(self):
+        path, feet = support.ROBOTS / "quadruped.urdf", support.ROBOTS / "quadruped_feet.yaml"
+        model = load("quadruped", "floating", constraints=feet)
+        names = ("FL_foot", "FR_foot", "RL_foot", "RR_foot")
+        self.assertEqual(model.constraints, names)
+        rng = np.random.default_rng(12)
+        batch = state(model, rng, 21)
+        tau = {name: batch.pop(name) for name in ("tau", "base_wrench")}
+        qdd = {"qdd": rng.uniform(-1, 1, (21, model.v_count))}
+        wanted = {name: rng.uniform(-1, 1, (21, 6)) for name in names[2:]}
+        some = {"constraints": [3, "FL_foot", "RL_foot"], "stabilisation": [100, 20]}
+        some["constraint_acceleration"] = wanted
+        questions_of = [
+            ("constrained_dynamics", {**batch, **tau, "want": ["delassus", "energy"]}),
+            ("constrained_dynamics", {**batch, **tau, **some, "method": "crba"}),
+            ("impact", {**batch, "want": ["delassus"], "constraints": ["FR_foot"]}),
+            ("impact", {**batch, "rank_loss": "truncate", "rank_threshold": 0.05}),
+            (
+                "constrained_inverse_dynamics",
+                {**batch, **qdd, **some, "torque_weights": {"FL_calf_joint": 3}},
+            ),
+        ]
+        asked = [(op, one_state(fields, 0)) for op, fields in questions_of]
+        lines = [json_line(op, named(fields, names)) for op, fields in asked]
+        answers = run_tool(
+            ["solve", str(path), "--base", "floating", "--constraints", str(feet)], lines
+        )
+        workspace = tf.Workspace(model)
+        self.compare(workspace, answers, asked)
+        self.assertGreater(len(answers[3]["lost"]), 0)
+        lists = feet.read_text().replace("\n", "\n    ")
+        scene = f"    scenes:\n    - name: standing\n    {lists[lists.index('  constraints') :]}\n"
+        with daemon([("dog", "quadruped", "floating")], scene) as (folder, _):
+            called = run_tool(["call", "dog.standing", "--runtime-dir", folder], lines)
+            with tf.Client("dog.standing", runtime_dir=folder, connect_timeout=support.WAIT) as c:
+                self.assertEqual(c.constraints, names)
+                self.assertEqual(c.hash, model.hash)
+                self.compare(c, called, asked)
+                self.compare(c, answers, asked)
+        with tf.Pool(model, 3) as pool:
+            for op, fields in questions_of:
+                reply, spread = workspace.compute(op, **fields), pool.compute(op, **fields)
+                for k in range(21):
+                    alone = workspace.compute(op, **one_state(fields, k))
+                    for name in alone:
+                        self.same_bits(reply[name][k], alone[name], f"{op}: {name}[{k}]")
+                        self.same_bits(spread[name][k], alone[name], f"{op}: {name}[{k}] of a pool")
+                    pulls = alone.flags & tf.ANSWER_PULLS
+                    self.assertEqual(bool(pulls), (alone.constraint_wrenches[2::6] < 0).any())
+        order = [names[k] for k in (0, 2, 3)]
+        flat = np.concatenate([wanted.get(n, np.zeros((21, 6))) for n in order], axis=1)
+        op, fields = questions_of[1]
+        self.same_bits(
+            workspace.compute(op, **{**fields, "constraint_acceleration": flat}).qdd,
+            workspace.compute(op, **fields).qdd,
+            "an array in place of a dict",
+        )
 
     def test_batch_is_its_states(self):
         for file, base, tips in support.ROBOT_LIST:

@@ -95,6 +95,11 @@ def run_tool(arguments, lines):
     return [json.loads(line, parse_int=float) for line in done.stdout.splitlines()]
 
 
+def side_by_side(numbers):
+    """Those of an object of constraints, in its order."""
+    return sum(numbers.values(), []) if isinstance(numbers, dict) else numbers
+
+
 def json_arrays(model_or_client, answer):
     """Arrays of a JSON answer under the names of Reply."""
     base = model_or_client.base_freedoms
@@ -102,8 +107,13 @@ def json_arrays(model_or_client, answer):
     for key, value in answer.items():
         if key == "poses":
             value = [value[link] for link in model_or_client.links]
+        elif key.startswith("constraint_"):
+            value = side_by_side(value)
         elif key == "lost":
-            value = [[r["singular_value"], r.get("given_up", 0), *r["direction"]] for r in value]
+            value = [
+                [r["singular_value"], r.get("given_up", 0), *side_by_side(r["direction"])]
+                for r in value
+            ]
             if not value:
                 continue
             value += [[0] * len(value[0])] * (6 - len(value))

@@ -59,6 +59,9 @@ TEST(kinds_differ)
     for (r.tip_count = 2; r.tips[0] < 20; r.tips[0]++)
         for (r.tips[1] = 0; r.tips[1] < 20; r.tips[1]++)
             add(&r);
+    r = (tfa_request){.op = TFA_OP_IMPACT, .count = 1};
+    for (r.constraints = 1; r.constraints < 64; r.constraints++)
+        add(&r);
     qsort(kinds, count, sizeof *kinds, by_value);
     for (size_t k = 0; k < count; k++)
         assert_true(kinds[k] != 0 && (k == 0 || kinds[k] != kinds[k - 1]));
@@ -71,7 +74,7 @@ static void set(tfa_cost_curve *curve, uint32_t none, uint32_t one, uint32_t eig
 }
 
 /* Parts add up, between points lies a line, a point counts for three quarters of a pose; half as
- * much is added. */
+ * much is added; a constraint counts as a tip. */
 TEST(bounds_add_up)
 {
     static tfa_cost_parts parts = {.tips = {0, 1, 3, 8, 32}};
@@ -103,6 +106,10 @@ TEST(bounds_add_up)
     r.tip_count = 32;
     assert_int_equal(tfa_cost_bound(&parts, &r), UINT32_MAX);
     assert_int_equal(tfa_cost_bound(NULL, &r), UINT32_MAX);
+    set(&parts.of[TFA_OP_IMPACT][TFA_METHOD_AUTO].plain, 0, 2000, 9000);
+    const tfa_request impact = {
+        .op = TFA_OP_IMPACT, .refine = TFA_REFINE_DEFAULT, .constraints = 19};
+    assert_int_equal(tfa_cost_bound(&parts, &impact), margin * 4000); /* three of them */
     r.op = TFA_OP_LAST + 1; /* its refusal is short */
     assert_int_equal(tfa_cost_bound(&parts, &r), 1);
     r.op = TFA_OP_FORWARD_DYNAMICS;

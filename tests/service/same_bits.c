@@ -6,21 +6,24 @@
 #include "harness.h"
 #include "models.h"
 #include "support/any_request.h"
+#include "support/closed_dog.h"
 #include "test.h"
 
 static const struct {
     const char *name, *file;
-    tfa_base base;
+    tfa_model_options options;
     unsigned step; /* of the requests: large robots take every one so often */
 } robots[] = {
-    {"arm", "arm7.urdf", TFA_BASE_FIXED, 1},
-    {"dog", "quadruped.urdf", TFA_BASE_FLOATING, 3},
-    {"man", "humanoid.urdf", TFA_BASE_FLOATING, 23},
-    {"snake", "snake64.urdf", TFA_BASE_FIXED, 23},
+    {"arm", "arm7.urdf", {.base = TFA_BASE_FIXED}, 1},
+    {"dog", "quadruped.urdf", {.base = TFA_BASE_FLOATING}, 3},
+    {"dog.closed", "quadruped.urdf", {.base = TFA_BASE_FLOATING, .scene = &closed_dog_scene}, 3},
+    {"man", "humanoid.urdf", {.base = TFA_BASE_FLOATING}, 23},
+    {"snake", "snake64.urdf", {.base = TFA_BASE_FIXED}, 23},
 };
 
 #define YAML                                                                                       \
-    ARM "  - name: dog\n    urdf: @/config/robots/quadruped.urdf\n    base: floating\n"            \
+    ARM "  - name: dog\n    urdf: @/config/robots/quadruped.urdf\n    base: "                      \
+        "floating\n" CLOSED_DOG_YAML                                                               \
         "  - name: man\n    urdf: @/config/robots/humanoid.urdf\n    base: floating\n"             \
         "    wait: block\n"                                                                        \
         "  - name: snake\n    urdf: @/config/robots/snake64.urdf\n    wait: spin\n"
@@ -41,8 +44,7 @@ TEST(same_bits)
     for (int i = 0; i < 2; i++) {
         SCOPED_HARNESS h = harness_serve(YAML, settings[i]);
         for (size_t k = 0; k < sizeof robots / sizeof *robots; k++) {
-            const tfa_model_options base = {.base = robots[k].base};
-            SCOPED_MODEL *model = bundled_model(robots[k].file, &base);
+            SCOPED_MODEL *model = bundled_model(robots[k].file, &robots[k].options);
             SCOPED_WORKSPACE *library = workspace_for(model, NULL);
             tfa_client_options options = harness_options(&h, robots[k].name);
             options.max_batch = ANY_BATCH;

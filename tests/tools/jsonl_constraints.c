@@ -6,6 +6,7 @@
  */
 #include "jsonl_line.h"
 #include "models.h"
+#include "support/closed_dog.h"
 #include "test.h"
 
 #include <math.h>
@@ -208,17 +209,6 @@ TEST(explanations)
 
 #define REST ",\"q\":[0,0.8,-1.6,0,0.8,-1.6,0,0.8,-1.6,0.1,0.7,-1.5]," POSE
 
-static tfa_model *make_walker(void)
-{
-    static const tfa_constraint constraints[] = {
-        {.name = "stand", .link = {NULL, "FL_foot"}, .rows = TFA_CONSTRAINT_POINT, .unilateral = 1},
-        {.name = "rod", .link = {"FR_foot", "RL_foot"}, .rows = TFA_CONSTRAINT_HINGE},
-    };
-    const tfa_scene scene = {.constraints = constraints, .constraint_count = 2};
-    const tfa_model_options options = {.base = TFA_BASE_FLOATING, .scene = &scene};
-    return bundled_model("quadruped.urdf", &options);
-}
-
 /* Numbers of a vector, or of all in an object */
 static size_t read_numbers(const json_t *value, double *out)
 {
@@ -248,7 +238,7 @@ TEST(bits_of_the_library)
         "{" IMPACT REST ",\"base_twist\":" SIX ",\"constraints\":[\"stand\"]}",
         "{" CID REST ",\"qdd\":{\"FL_calf_joint\":1}}",
     };
-    SCOPED_MODEL *model = make_walker();
+    SCOPED_MODEL *model = bundled_model("quadruped.urdf", &closed_dog);
     SCOPED_WORKSPACE *workspace = workspace_for(model, NULL);
     for (size_t k = 0; k < sizeof lines / sizeof *lines; k++) {
         const jsonl_defaults options = JSONL_DEFAULTS;

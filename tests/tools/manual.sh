@@ -54,7 +54,8 @@ compare totalforced totalforced.8 "$bin/totalforced"
 find "$pages" -maxdepth 1 -name 'totalforce-*.1' | wc -l >"$work/count"
 [ "$(cat "$work/count")" -eq "$(echo "$commands" | wc -l)" ] || fail "a page without a command"
 
-# keys: the rows of the table in the source against the last words of the paths in the page
+# keys: the rows of the table in the source against the last words of the paths in the page, once
+# each: both frames of a constraint have the same rows
 sed -n 's/^    {"\([a-z_0-9]*\)", CONFIG_.*/\1/p' "$root/service/config/config_table.c" |
     sort -u >"$work/rows"
 sed -n '/^.SH KEYS/,$s/^\.B \(.*\.\)*\([a-z_0-9]*\)$/\2/p' "$pages/totalforced.yaml.5" |

@@ -110,6 +110,33 @@ echo '{"id":1,"op":"mass_matrix","q":[0,0,0],"base_pose":[0,0,0,0,0,1,1]}' |
     solve --base floating >"$work/out"
 says "$work/out" 'base_pose[3]: quaternion of norm 1.41421, must be 1 within 1e-3'
 
+# constraints: all are answered; the force that holds one does as a wrench what it does
+closed() {
+    "$tool" solve "$data/arm.urdf" --constraints "$data/arm_closed.yaml" "$@"
+}
+closed --strict <"$data/constraints.jsonl" >"$work/out" || fail "a request with constraints is refused"
+[ "$(wc -l <"$work/out")" -eq "$(wc -l <"$data/constraints.jsonl")" ] || fail "a reply is missing"
+sed -n 2p "$work/out" | grep -q '"pulls":true' || fail "a foot that pulls is not told"
+sed -n 5p "$work/out" | grep -q '"pulls"' && fail "a slot pulls"
+state='"q":[0.1,-0.4,0.2],"v":[0.5,-1,0.3],"tau":[10,-5,2]'
+echo "{\"op\":\"constrained_dynamics\",$state,\"constraints\":[\"ground\"]}" | closed >"$work/out"
+force=$(sed 's/.*"constraint_wrenches":{"ground":\(\[[^]]*\]\).*/\1/' "$work/out")
+array qdd <"$work/out" >"$work/a"
+echo "{\"op\":\"forward_dynamics\",$state,\"wrench\":{\"tool\":$force}}" | closed | array qdd >"$work/b"
+near "$work/a" "$work/b" 1e-11 "a constraint's force as a wrench"
+closed >"$work/out" <<'END'
+{"op":"constrained_dynamics","q":[0.1,-0.4,0.2],"constraints":["grund"]}
+{"op":"constrained_dynamics","q":[0.1,-0.4,0.2],"constraints":[]}
+{"op":"impact","q":[0.1,-0.4,0.2],"stabilisation":[-1,0]}
+{"op":"constrained_inverse_dynamics","q":[0.1,-0.4,0.2],"torque_weights":{"elbow":0}}
+{"op":"constrained_dynamics","q":[0.1,-0.4,0.2],"rank_loss":"refuse","rank_threshold":0.1}
+END
+says "$work/out" "constraints[0]: no constraint 'grund'; nearest: 'ground', 'slot'; the robot has 2 constraints (ground, slot)"
+says "$work/out" "constraints: none active; the robot has 2 constraints (ground, slot)"
+says "$work/out" "stabilisation[0]: -1: must not be negative"
+says "$work/out" "torque_weights[1] (elbow): 0: must be above 0"
+says "$work/out" "constraints: rows of ground, slot depend on each other, rank "
+
 # every bad line gets its own sentence, and the good line after it an answer
 while IFS= read -r line; do
     printf '%s\n' "$line"

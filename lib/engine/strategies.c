@@ -283,7 +283,7 @@ static int body_lanes_serve(const tfa_workspace *w, const struct call *c)
     if (c->traits & TRAIT_ID)
         return !(c->traits & (TRAIT_TIPS | TRAITS_ADDED));
     if (c->traits & TRAIT_CONSTRAINED_FD)
-        return !(c->traits & (TRAIT_TIPS | TRAITS_ADDED | TRAIT_ESTIMATE));
+        return !(c->traits & (TRAIT_TIPS | TRAIT_POSES | TRAITS_ADDED | TRAIT_ESTIMATE));
     if (c->traits & TRAIT_ESTIMATE && c->traits & TRAIT_TIPS)
         return 0;
     return c->traits & (TRAIT_FD | TRAIT_TASK) ||

@@ -179,6 +179,7 @@ static size_t layout(const tfa_model *model, const struct kernel_choice *c, void
     const size_t entries = (size_t)36 * c->reserved.tips * c->reserved.tips;
     double *spectrum = arena_alloc(&a, entries, sizeof(double));
     struct tfa_last *last = arena_alloc(&a, TFA_OP_LAST + 1, sizeof *last);
+    double *loop = arena_alloc(&a, 2 * (6 + (size_t)model->v_count), sizeof(double));
     void *state = arena_alloc(&a, c->kernel->size(model, c->reserved), 1);
     void *residual_kernel = arena_alloc(
         &a, c->residual_kernel && !shared ? c->residual_kernel->size(model, c->reserved) : 0, 1);
@@ -193,6 +194,7 @@ static size_t layout(const tfa_model *model, const struct kernel_choice *c, void
     describe(model, c, w);
     w->last = last;
     memset(last, 0, (TFA_OP_LAST + 1) * sizeof *last);
+    w->loop = loop;
     w->spectrum = spectrum;
     memset(spectrum, 0, entries * sizeof(double)); /* pages are there before the first request */
     w->state = c->kernel->init(model, c->reserved, state);

@@ -41,6 +41,7 @@ struct tfa_workspace {
     const struct tfa_specialised_kernel *specialised; /* NULL: the robot has no kernel of its own */
     struct tfa_host_api host;                         /* its host interface */
     double *spectrum;                                 /* scratch of the eigenvalues */
+    double *loop; /* scratch of tfa_close_loops: two sets of base_twist and v */
     const struct strategy *strategy[TFA_STRATEGIES];  /* rows that this workspace can run, in
                                                          order */
     uint32_t strategies;

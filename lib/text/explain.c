@@ -143,6 +143,8 @@ tfa_place tfa_refused_place(const tfa_names *names, const tfa_request *request,
         .link = link_of(names, request, reply),
         .constraint = field == TFA_FIELD_CONSTRAINT_ACCELERATION
                           ? tfa_names_active(names, request->constraints, reply->index / 6)
+                      : reply->status == TFA_E_OPEN && reply->index < TFA_MAX_CONSTRAINTS
+                          ? tfa_names_active(names, 1u << reply->index, 0)
                           : NULL,
         .number = numbers && reply->index < width && reply->state < request->count
                       ? numbers + (size_t)width * reply->state + reply->index
@@ -301,6 +303,11 @@ static size_t say_constraints(const struct refusal *r)
         return say(r, "constraints: none active; the robot has %s", robot);
     if (reply->status == TFA_E_ARGUMENT)
         return say(r, "constraints: bit %u is set, the robot has %s", reply->index, robot);
+    if (reply->status == TFA_E_OPEN)
+        return say(r,
+                   "constraints: %s stays open: no posture near this start meets it; start nearer, "
+                   "or lock fewer joints",
+                   r->place.constraint);
     if (reply->status == TFA_E_RANK)
         return say(r, "constraints: rows of %s depend on each other, rank %u here; %s answers",
                    write_active(r, active, sizeof active), reply->index, policies[r->syntax]);

@@ -139,8 +139,11 @@ static void constrained_requests(test_robot *robot)
     unsigned answered = 0;
     for (r.op = TFA_OP_CONSTRAINED_DYNAMICS; r.op <= TFA_OP_LAST; r.op++)
         answered += tfa_compute(w, &r, &reply) == TFA_OK;
+    tfa_posture posture = {
+        .q = x->q, .v = x->v, .base_pose = x->base_pose, .base_twist = x->base_twist};
+    (void)!tfa_close_loops(w, &r, NULL, &posture);
     assert_int_equal(atomic_load(&calls) - before, 0);
-    assert_true(answered > 0);
+    assert_true(answered > 0 && posture.iterations > 0);
     tfa_workspace_free(w);
     random_states_free(x);
 }

@@ -52,7 +52,9 @@ extern "C" {
     X(E_BUSY, -24, "busy", "another thread is using it: compute without it, or ask again")         \
     X(E_LATE, -25, "too late", "the deadline passed before the work began: nothing was computed")  \
     X(E_RANK, -26, "rank lost",                                                                    \
-      "lambda_inv has no inverse at this configuration: let rank_loss truncate or damp")
+      "lambda_inv has no inverse at this configuration: let rank_loss truncate or damp")           \
+    X(E_OPEN, -27, "loops stay open",                                                              \
+      "no posture near the start meets the constraints: start nearer, or measure fewer joints")
 
 /** TFA_OK = 0, TFA_E_ARGUMENT = -1, ...: one constant for each row of TFA_STATUS_LIST. */
 typedef enum tfa_status {

@@ -9,6 +9,7 @@
 #include <totalforce/advise.h>
 #include <totalforce/batch_pool.h>
 #include <totalforce/client.h>
+#include <totalforce/close_loops.h>
 #include <totalforce/constraints.h>
 #include <totalforce/description.h>
 #include <totalforce/dynamics.h>

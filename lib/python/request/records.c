@@ -120,6 +120,18 @@ static PyStructSequence_Field advice_fields[] = {
     FIELD("state", "index of the state with that error"),
     {0}};
 
+static PyStructSequence_Field posture_fields[] = {
+    FIELD("q", "(n_q,): meets the constraints"),
+    FIELD("v", "(n_v,): their rates too"),
+    FIELD("base_pose", "(7,), or None with a fixed base"),
+    FIELD("base_twist", "(6,), or None with a fixed base"),
+    FIELD("iterations", "steps of the posture"),
+    FIELD("position", "largest error of a held row, m or rad; pi: met half a turn away"),
+    FIELD("velocity", "largest error of a held row, m/s or rad/s"),
+    FIELD("rank", "of the held rows, by the joints that are free"),
+    FIELD("lost", "held rows less the rank"),
+    {0}};
+
 static PyStructSequence_Desc descriptions[] = {
     RECORD("Joint", "A joint with its places in the arrays.", joint_fields, 8),
     RECORD("Body", "Mass properties of a body.", body_fields, 9),
@@ -131,8 +143,21 @@ static PyStructSequence_Desc descriptions[] = {
     RECORD("SpecialisedInfo", "A loaded specialised kernel.", specialised_fields, 10),
     RECORD("BuildResult", "Result of building a specialised kernel.", build_fields, 3),
     RECORD("Advice", "Joints that a scene may lock.", advice_fields, 6),
+    RECORD("Posture", "A posture that meets the constraints.", posture_fields, 9),
 };
-enum { JOINT, BODY, DECLARED, SUMMARY, MESSAGE, EXCHANGE, METHOD, SPECIALISED, BUILD, ADVICE };
+enum {
+    JOINT,
+    BODY,
+    DECLARED,
+    SUMMARY,
+    MESSAGE,
+    EXCHANGE,
+    METHOD,
+    SPECIALISED,
+    BUILD,
+    ADVICE,
+    POSTURE
+};
 enum { RECORD_COUNT = sizeof descriptions / sizeof descriptions[0] };
 
 static PyTypeObject *types[RECORD_COUNT];
@@ -253,6 +278,11 @@ PyObject *record_advice(PyObject *joints, uint32_t freedoms, PyObject *q, PyObje
 {
     return record(ADVICE,
                   Py_BuildValue("(OIOOdI)", joints, freedoms, q, single_error, error, state));
+}
+
+PyObject *record_posture(PyObject *tuple)
+{
+    return record(POSTURE, tuple);
 }
 
 int set_entry(PyObject *dict, const char *key, PyObject *value)

@@ -24,6 +24,8 @@ PyObject *record_exchange(const tfa_exchange *exchange);
 PyObject *record_method(const tfa_method_info *method);
 PyObject *record_specialised(const tfa_specialised_info *info);
 PyObject *record_build(const tfa_specialise_result *result);
+/** Of a tuple with the fields of Posture, whose reference it takes */
+PyObject *record_posture(PyObject *tuple);
 /** `joints`: list of names */
 PyObject *record_advice(PyObject *joints, uint32_t freedoms, PyObject *q, PyObject *single_error,
                         double error, uint32_t state);

@@ -165,6 +165,17 @@ class Advice(NamedTuple):
     error: float
     state: int
 
+class Posture(NamedTuple):
+    q: Array
+    v: Array
+    base_pose: Optional[Array]
+    base_twist: Optional[Array]
+    iterations: int
+    position: float
+    velocity: float
+    rank: int
+    lost: int
+
 class Reply:
     @property
     def M(self) -> Array: ...
@@ -711,6 +722,17 @@ class Workspace(_Solver):
     def precision(self) -> str: ...
     @property
     def methods(self) -> list[str]: ...
+    def close_loops(
+        self,
+        /,
+        q: Joints,
+        v: Optional[Joints] = None,
+        *,
+        base_is_free: bool = False,
+        iterations: int = 0,
+        tolerance: float = 0.0,
+        **fields: Any,
+    ) -> Posture: ...
 
 class ThreadPool:
     def __init__(

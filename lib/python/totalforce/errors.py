@@ -125,6 +125,7 @@ _CLASSES = {
     "E_SINGULAR": NotComputedError,
     "E_NOT_COMPUTED": NotComputedError,
     "E_RANK": NotComputedError,
+    "E_OPEN": NotComputedError,
     "E_NO_MASS": LoadError,
     "E_PARSE": LoadError,
     "E_MODEL": LoadError,

@@ -150,7 +150,21 @@ static PyGetSetDef attributes[] = {
     {"methods", get_methods, NULL, "Names of the methods that it has memory for.", NULL},
     {0}};
 
-static PyMethodDef methods[SOLVER_METHOD_COUNT + 1];
+static const PyMethodDef own_methods[] = {
+    {"close_loops", (PyCFunction)(void (*)(void))workspace_close_loops,
+     METH_FASTCALL | METH_KEYWORDS,
+     "close_loops($self, /, q, v=None, *, base_is_free=False, iterations=0, tolerance=0.0, "
+     "**fields)\n--\n\n"
+     "A posture near q that meets the active constraints, and velocities near v.\n\n"
+     "`locked` names the joints that were measured: they keep q and v. A floating base keeps its\n"
+     "pose and twist unless `base_is_free`. `fields` are those of impact: base_pose, base_twist,\n"
+     "constraints, locked, rank_loss, rank_threshold, characteristic_length, method; others are\n"
+     "not used. Returns Posture. If the loops stay open, NotComputedError with the best posture\n"
+     "as `reply`. iterations: at most, 0: 50; tolerance: m, rad, m/s, rad/s, 0: 1e-10. Cost: an\n"
+     "impact for each iteration."},
+    {0}};
+
+static PyMethodDef methods[SOLVER_METHOD_COUNT + 2];
 
 PyTypeObject workspace_type = {
     PyVarObject_HEAD_INIT(NULL, 0).tp_name = "totalforce.Workspace",
@@ -187,6 +201,6 @@ PyTypeObject workspace_type = {
 
 int workspace_init(PyObject *module)
 {
-    solver_join_methods(solver_methods, NULL, methods);
+    solver_join_methods(solver_methods, own_methods, methods);
     return add_type(module, &workspace_type);
 }

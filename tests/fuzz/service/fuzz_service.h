@@ -23,7 +23,7 @@ static inline void require(int condition)
 /* The status is of the list. */
 static inline int is_known_status(int status)
 {
-    return status <= TFA_OK && status >= TFA_E_RANK;
+    return status <= TFA_OK && status >= TFA_E_OPEN;
 }
 
 /* The bundled arm, loaded once. */

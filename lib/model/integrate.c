@@ -3,8 +3,8 @@
  *
  * Exponentials of twists that are constant in the moved frame:
  *
- *     x' = x + R (t v + (1 - cos a) / a^2 (t w) x (t v) + (a - sin a) / a^3 (t w) x ((t w) x (t v)))
- *     quat' = quat (t w sin(a/2) / a, cos(a/2)),   a = t |w|
+ *     x' = x + R (v + (1 - cos a) / a^2 w x v + (a - sin a) / a^3 w x (w x v)),   t = 1
+ *     quat' = quat (w sin(a/2) / a, cos(a/2)),   a = |w|
  */
 #include "model/integrate.h"
 

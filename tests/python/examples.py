@@ -13,6 +13,10 @@ EXAMPLES = support.SOURCE / "docs" / "examples" / "python"
 RESULTS = {
     "forward_dynamics_batch.py": (r"largest difference from inverse dynamics: ([\d.e+-]+)", 1e-9),
     "operational_space_control.py": (r"error after 3 s: ([\d.e+-]+) mm", 0.1),
+    "leg_with_rods.py": (r"worst of closure, rest and residual: ([\d.e+-]+)", 1e-9),
+    "quadruped_shifts_weight.py": (r"worst of weight, .* acceleration: ([\d.e+-]+)", 1e-9),
+    "standing_and_reaching.py": (r"worst of soles, base wrench and task: ([\d.e+-]+)", 1e-9),
+    "two_arms_hold_a_bar.py": (r"worst of closure, .* residual: ([\d.e+-]+)", 1e-8),
     "accuracy_of_two_methods.py": (r"worst error of aba, double: ([\d.e+-]+)", 1e-8),
 }
 

@@ -102,7 +102,7 @@ int read_methods(PyObject *value, uint32_t *methods);
 /** The kernel of a Specialised for this model, or NULL for None */
 int read_specialised(PyObject *value, const tfa_specialised **specialised);
 
-/** Workspace.close_loops (close_loops.c) */
+/** Workspace.close_loops (posture.c) */
 PyObject *workspace_close_loops(PyObject *self, PyObject *const *arguments, Py_ssize_t count,
                                 PyObject *keywords);
 

@@ -3,8 +3,8 @@
  *
  * Closing loops. Of every robot: constraints that are met at a drawn posture, opened by moving the
  * joints that are not measured; what is found meets them, keeps what is measured, and its
- * velocities differ from the given ones by a motion that the constraints do not admit. Of a four-bar
- * linkage: the angles of its closed form.
+ * velocities differ from the given ones by a motion that the constraints do not admit. Of a
+ * four-bar linkage: the angles of its closed form.
  */
 #include <totalforce/close_loops.h>
 

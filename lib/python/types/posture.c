@@ -92,6 +92,8 @@ static PyObject *search(workspace_object *w, request_call *call, const tfa_loop_
     if (call->is_batch) {
         raise_status(TFA_E_SIZE, "q", "close_loops: one state at a time, %u are given",
                      call->request.count);
+    } else if (o->base_is_free && !call->robot->names.base_freedoms) {
+        raise_status(TFA_E_ARGUMENT, "base_is_free", "base_is_free: the base is fixed");
     } else if (found_init(&f, call->robot) == 0) {
         int status;
         Py_BEGIN_ALLOW_THREADS status =

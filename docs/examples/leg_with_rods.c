@@ -2,10 +2,10 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * A leg with rods, as Cassie's, once each millisecond: what the encoders do not measure comes from
- * the loops, then accelerations under the constraints. The loop joints of the URDF are these.
+ * the loops, then accelerations under the constraints. A file beside the URDF has the loops.
  *
  *     cc leg_with_rods.c -o leg_with_rods $(pkg-config --cflags --libs totalforce) -lm
- *     ./leg_with_rods config/robots/rod_leg.urdf
+ *     ./leg_with_rods config/robots/rod_leg.urdf config/robots/rod_leg.yaml
  */
 #include <math.h>
 #include <stdio.h>
@@ -54,13 +54,35 @@ static int step(tfa_workspace *workspace, const tfa_model *model, const uint32_t
     return status;
 }
 
+/* The robot with the constraints and motors of a side file. @return status */
+static int load(const char *urdf, const char *side_file, tfa_model **model)
+{
+    tfa_constraints loops = {0};
+    tfa_report report = {0};
+    int status = tfa_constraints_load(side_file, &loops, &report);
+    const tfa_scene scene = {.constraints = loops.list,
+                             .constraint_count = loops.count,
+                             .actuated = loops.actuated,
+                             .actuated_count = loops.actuated_count};
+    if (status == TFA_OK)
+        status = tfa_model_load(urdf, &(tfa_model_options){.scene = &scene}, &report, model);
+    for (size_t k = 0; k < report.count; k++) { /* errors and warnings */
+        char line[512];
+        tfa_report_format(&report, k, line, sizeof line);
+        fprintf(stderr, "%s\n", line);
+    }
+    tfa_report_free(&report);
+    tfa_constraints_free(&loops); /* the model has copied them */
+    return status;
+}
+
 int main(int argc, char **argv)
 {
     tfa_model *model = NULL;
     tfa_workspace *workspace = NULL;
     uint32_t locked[MEASURED], iterations = 0;
     double q[N] = {0}, v[N] = {0}, open = 0, residual = 0;
-    int status = tfa_model_load(argc > 1 ? argv[1] : "rod_leg.urdf", NULL, NULL, &model);
+    int status = argc == 3 ? load(argv[1], argv[2], &model) : TFA_E_ARGUMENT;
     if (status == TFA_OK)
         status = tfa_workspace_create(model, NULL, &workspace);
     for (int k = 0; status == TFA_OK && k < MEASURED; k++) {

@@ -132,6 +132,19 @@ says "$work/out" "      1  grip                     hinge  link_3 - link_7"
 status 0 "$tool" model "$arm7" --constraints "$work/foot.yaml" --json
 says "$work/out" '"actuated": null'
 says "$work/out" '"unilateral": true'
+says "$work/out" '"open": null' # a contact is no loop
+leg=$data/../../../config/robots/rod_leg
+status 0 "$tool" model "$leg.urdf" --constraints "$leg.yaml"
+says "$work/out" "      1  plantar                  0 0"
+grep -q "open-loop" "$work/err" && fail "a closed loop is open"
+sed 's/-0.48/-0.4/' "$leg.yaml" >"$work/open.yaml"
+status 0 "$tool" model "$leg.urdf" --constraints "$work/open.yaml"
+says "$work/err" "rod_leg.urdf: warning: loop 'achilles' is open by 0.08 m, 0 rad at the zero posture"
+says "$work/out" " iterations from there; joint 'shin_spring' changes most, by "
+sed 's/-0.48/-1.4/' "$leg.yaml" >"$work/open.yaml"
+status 0 "$tool" model "$leg.urdf" --constraints "$work/open.yaml" --json
+says "$work/out" '"position": 0.91999'
+says "$work/out" '"status": "E_OPEN"'
 sed 's/hinge/hing/' "$work/foot.yaml" >"$work/wrong.yaml"
 status 2 "$tool" solve "$arm7" --constraints "$work/wrong.yaml"
 says "$work/err" "wrong.yaml:3: error: column 71: constraints[1].hold: 'hing' is not one of point, hinge, weld"

@@ -145,6 +145,8 @@ static int print_report(const model_options *options, const tfa_report *messages
         failed = model_report_print_tree(&report);
     else if (model)
         failed = model_report_print_text(&report);
+    if (model && status == TFA_OK && !options->json)
+        model_loops_warn(model, &report.loops, options->file);
     if (fflush(stdout) != 0 || failed) {
         perror("totalforce model: standard output");
         failed = 1;

@@ -134,6 +134,8 @@ int model_report_init(model_report *report, const char *file, const scene_option
     if (status == TFA_OK && model) {
         report->bodies = tfa_model_summarise(model).bodies;
         status = group_links(report);
+        if (status == TFA_OK)
+            status = model_loops_check(model, &report->loops);
     }
     return status;
 }

@@ -7,6 +7,7 @@
 #define TOOLS_MODEL_MODEL_REPORT_H
 
 #include "common/scene_options.h"
+#include "model_loops.h"
 
 #include <stdbool.h>
 #include <totalforce/text.h>
@@ -30,6 +31,7 @@ typedef struct model_report {
      * last body those fixed to the world */
     uint32_t *first_link;
     const char **link_names;
+    model_loops loops; /**< where all joints are at 0 */
     code_count *codes; /**< in order of first appearance */
     size_t code_count;
 } model_report;

@@ -121,8 +121,28 @@ static json_t *modes(const tfa_model *model)
     return list;
 }
 
-static json_t *constraint(const tfa_model *model, uint32_t index)
+/* null: a contact, which is no loop */
+static json_t *open_by(const model_loops *loops, uint32_t index)
 {
+    return loops->checked >> index & 1 ? json_pack("{sf sf}", "position", loops->error[index][0],
+                                                   "rotation", loops->error[index][1])
+                                       : json_null();
+}
+
+/* null: no loop is open where all joints are at 0 */
+static json_t *closing(const tfa_model *model, const model_loops *loops)
+{
+    if (!loops->open)
+        return json_null();
+    return json_pack("{ss si so so so}", "status", tfa_status_name(loops->status), "iterations",
+                     (int)loops->iterations, "left", number(loops->left), "joint",
+                     text_of(tfa_model_joint(model, loops->joint).name), "change",
+                     number(loops->change));
+}
+
+static json_t *constraint(const model_report *r, uint32_t index)
+{
+    const tfa_model *model = r->model;
     const tfa_constraint_info c = tfa_model_constraint(model, index);
     const char *words[6];
     const size_t count = model_constraint_words(c.rows, words);
@@ -133,15 +153,15 @@ static json_t *constraint(const tfa_model *model, uint32_t index)
         const char *link = model_constraint_link(model, &c, side);
         json_array_append_new(ends, link ? text_of(link) : json_null());
     }
-    return json_pack("{so so so sb}", "name", text_of(c.name), "links", ends, "hold", hold,
-                     "unilateral", (int)c.unilateral);
+    return json_pack("{so so so sb so}", "name", text_of(c.name), "links", ends, "hold", hold,
+                     "unilateral", (int)c.unilateral, "open", open_by(&r->loops, index));
 }
 
-static json_t *constraints(const tfa_model *model)
+static json_t *constraints(const model_report *r)
 {
     json_t *list = json_array();
-    for (uint32_t i = 0; i < tfa_model_constraint_count(model); i++)
-        json_array_append_new(list, constraint(model, i));
+    for (uint32_t i = 0; i < tfa_model_constraint_count(r->model); i++)
+        json_array_append_new(list, constraint(r, i));
     return list;
 }
 
@@ -241,7 +261,8 @@ static void add_model(json_t *root, const model_report *r)
     json_object_set_new(root, "scene", scene(r->options->model.scene));
     add_joints(root, model);
     json_object_set_new(root, "modes", modes(model));
-    json_object_set_new(root, "constraints", constraints(model));
+    json_object_set_new(root, "constraints", constraints(r));
+    json_object_set_new(root, "closing", closing(model, &r->loops));
     json_object_set_new(root, "actuated", actuated(model));
     json_object_set_new(root, "q_count", json_integer(s.q_count));
     json_object_set_new(root, "v_count", json_integer(s.v_count));

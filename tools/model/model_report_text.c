@@ -112,6 +112,30 @@ static void print_constraints(const tfa_model *model)
     }
 }
 
+/* At the zero posture, which most files mean to be closed */
+static void print_loops(const model_report *r)
+{
+    const model_loops *x = &r->loops;
+    if (x->checked)
+        printf("  loops with all joints at 0 (open by m, rad)\n");
+    for (uint32_t i = 0; i < tfa_model_constraint_count(r->model); i++)
+        if (x->checked >> i & 1)
+            printf("    %3" PRIu32 "  %-24s %.3g %.3g%s\n", i,
+                   tfa_model_constraint(r->model, i).name, x->error[i][0], x->error[i][1],
+                   x->open >> i & 1 ? "  open" : "");
+    if (!x->open)
+        return;
+    const char *joint = tfa_model_joint(r->model, x->joint).name;
+    if (x->status == TFA_OK)
+        printf("    close in %" PRIu32 " iterations from there; joint '%s' changes most, by %.3g\n",
+               x->iterations, joint, x->change);
+    else if (x->status == TFA_E_OPEN)
+        printf("    stay open by %.3g at best; joint '%s' changes most, by %.3g\n", x->left, joint,
+               x->change);
+    else
+        printf("    closing them: %s\n", tfa_status_text(x->status));
+}
+
 static void print_actuated(const tfa_model *model)
 {
     if (!model_names_actuated(model))
@@ -239,6 +263,7 @@ int model_report_print_text(const model_report *r)
     print_actuated(r->model);
     print_modes(r->model);
     print_constraints(r->model);
+    print_loops(r);
     print_bodies(r);
     printf("  merged (body <- links kept as frames)\n");
     print_merged(r, r->bodies, "(world)");

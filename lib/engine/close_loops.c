@@ -17,7 +17,7 @@
 #define VELOCITY_ROUNDS 3
 /* What holds a measured base: its mass, relative to the robot's. A base that moved by the inverse
  * of it is put back, and the next iteration counts on that. */
-#define BASE_MASS 1e10
+#define BASE_MASS 1e16
 
 struct search {
     tfa_workspace *w;
@@ -55,6 +55,14 @@ static int collide(struct search *x, int of_velocity)
         x->posture->index = reply.index;
     }
     return reply.status;
+}
+
+/* 1: nothing that is free moves the rows. Their eigenvalues are all rounding then, or those of the
+ * mass at a measured base, far below the inverse of the robot's mass. */
+static int is_stuck(const struct search *x)
+{
+    const double sum = x->rank.threshold / *x->impact.rank_threshold;
+    return sum * fmax(x->m->summary.moving_mass, 1) < 1 / sqrt(BASE_MASS);
 }
 
 /* Sum of squares of the held rows, with a radian as a length of the robot. `*largest` gets the
@@ -125,7 +133,7 @@ static int find_posture(struct search *x)
             halvings = 0;
             if (largest <= x->options.tolerance)
                 return TFA_OK;
-            if (is_last)
+            if (is_last || is_stuck(x))
                 return TFA_E_OPEN;
             memcpy(x->step, x->next, numbers * sizeof *x->step);
             share = share_of(x);
@@ -221,7 +229,7 @@ static int find_velocities(struct search *x)
         (void)merit_of(x, &p->velocity, &worst);
         if (p->velocity <= x->options.tolerance)
             return TFA_OK;
-        if (round == VELOCITY_ROUNDS) {
+        if (round == VELOCITY_ROUNDS || is_stuck(x)) {
             p->index = p->position <= x->options.tolerance ? worst : p->index;
             return TFA_E_OPEN;
         }
@@ -232,30 +240,6 @@ static int find_velocities(struct search *x)
 }
 
 /* ---- the call ---- */
-
-/* Threshold of a rank, relative to the sum of the eigenvalues */
-static double threshold_of(const struct search *x)
-{
-    const tfa_request *r = &x->impact;
-    const int damps = r->rank_loss == TFA_RANK_DEFAULT || r->rank_loss == TFA_RANK_DAMP;
-    return r->rank_threshold ? *r->rank_threshold
-           : damps           ? TFA_RANK_THRESHOLD_DAMP
-                             : TFA_RANK_THRESHOLD((double)(x->rank.rank + x->rank.lost));
-}
-
-/* Rank of what is free. Where only a measured base could move the rows, the sum of the eigenvalues
- * is of the order of the inverse of its mass: between this and that of the robot. */
-static void store_rank(struct search *x)
-{
-    tfa_posture *p = x->posture;
-    const double sum = x->rank.threshold / threshold_of(x);
-    p->rank = x->rank.rank;
-    p->lost = x->rank.lost;
-    if (x->impact.payload_count && sum * x->base_mass[0] < sqrt(BASE_MASS)) {
-        p->lost += p->rank;
-        p->rank = 0;
-    }
-}
 
 /* Copies what is given; zeros where nothing is. The buffers may be the same. */
 static void copy(double *to, const double *from, size_t count)
@@ -269,7 +253,7 @@ static void copy(double *to, const double *from, size_t count)
 /* The start into the posture, and the request of each impact */
 static int begin(struct search *x, const tfa_request *r, const tfa_loop_options *options)
 {
-    static const double to_position[2] = {1, 0};
+    static const double to_position[2] = {1, 0}, threshold = TFA_LOOP_RANK_THRESHOLD;
     const tfa_loop_options none = {0};
     const struct tfa_model *m = x->m;
     tfa_posture *p = x->posture;
@@ -305,7 +289,7 @@ static int begin(struct search *x, const tfa_request *r, const tfa_loop_options 
                               .q = p->q,
                               .base_pose = m->base_freedoms ? p->base_pose : NULL,
                               .stabilisation = to_position,
-                              .rank_threshold = r->rank_threshold,
+                              .rank_threshold = r->rank_threshold ? r->rank_threshold : &threshold,
                               .characteristic_length = r->characteristic_length};
     if (m->base_freedoms && !x->options.base_is_free)
         hold_base(x);
@@ -315,7 +299,8 @@ static int begin(struct search *x, const tfa_request *r, const tfa_loop_options 
 static int end(struct search *x, int status)
 {
     tfa_posture *p = x->posture;
-    store_rank(x);
+    p->rank = is_stuck(x) ? 0 : x->rank.rank;
+    p->lost = x->rank.rank + x->rank.lost - p->rank;
     if (status == TFA_OK || status == TFA_E_OPEN)
         p->field = status == TFA_OK ? TFA_FIELD_NONE : TFA_FIELD_CONSTRAINTS;
     if (status == TFA_OK)

@@ -23,6 +23,9 @@ extern "C" {
 
 #define TFA_LOOP_ITERATIONS 50   /**< default of tfa_loop_options.iterations */
 #define TFA_LOOP_TOLERANCE 1e-10 /**< default of tfa_loop_options.tolerance */
+/** tfa_request.rank_threshold where the request has none. Steps that are too long for the equations
+ *  are halved, so that near singular directions may count. */
+#define TFA_LOOP_RANK_THRESHOLD 1e-12
 
 /** Zero-initialise for the defaults. */
 typedef struct tfa_loop_options {
@@ -68,7 +71,10 @@ typedef struct tfa_posture {
  * No allocation, no lock, no system call. Cost: one impact for each iteration and one more, and two
  * or three for velocities. Thread rule: that of tfa_compute.
  *
- * @param options  NULL: all defaults
+ * @param workspace  of the robot, with memory for the tips of the constraints
+ * @param request    valid as for tfa_compute of an impact
+ * @param options    NULL: all defaults
+ * @param posture    what is found
  * @return posture->status:
  *   TFA_OK      both errors are within the tolerance;
  *   TFA_E_OPEN  the posture or its velocities are the best that were found, but do not meet the

@@ -171,7 +171,7 @@ static void open_loops(opened *x, random_source *s)
 static void check_found(const opened *x, int status, const found *f)
 {
     const bool is_free = x->options.base_is_free;
-    assert_true(f->p.position <= TFA_LOOP_TOLERANCE);
+    assert_within(x->c.robot, "closure", f->p.position, TFA_LOOP_TOLERANCE, NULL);
     check_measured(&x->c, &x->r, f, is_free);
     if (status == TFA_OK) {
         check_errors(&x->c, f);

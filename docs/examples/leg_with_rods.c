@@ -5,7 +5,7 @@
  * the loops, then accelerations under the constraints. A file beside the URDF has the loops.
  *
  *     cc leg_with_rods.c -o leg_with_rods $(pkg-config --cflags --libs totalforce) -lm
- *     ./leg_with_rods config/robots/rod_leg.urdf config/robots/rod_leg.yaml
+ *     ./leg_with_rods config/robots/loops/rod_leg.urdf config/robots/loops/rod_leg.yaml
  */
 #include <math.h>
 #include <stdio.h>

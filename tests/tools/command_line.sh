@@ -133,7 +133,7 @@ status 0 "$tool" model "$arm7" --constraints "$work/foot.yaml" --json
 says "$work/out" '"actuated": null'
 says "$work/out" '"unilateral": true'
 says "$work/out" '"open": null' # a contact is no loop
-leg=$data/../../../config/robots/rod_leg
+leg=$data/../../../config/robots/loops/rod_leg
 status 0 "$tool" model "$leg.urdf" --constraints "$leg.yaml"
 says "$work/out" "      1  plantar                  0 0"
 grep -q "open-loop" "$work/err" && fail "a closed loop is open"

@@ -3,7 +3,7 @@
 """A leg with rods, as Cassie's: encoders measure six of its eleven joints, the loops give the rest;
 then torques that hold it, and accelerations under the constraints.
 
-    python3 leg_with_rods.py [config/robots/rod_leg.urdf config/robots/rod_leg.yaml]
+    python3 leg_with_rods.py [config/robots/loops/rod_leg.urdf config/robots/loops/rod_leg.yaml]
 """
 # %% Robot: a file beside the URDF has the loops and the motors
 import sys
@@ -12,7 +12,7 @@ import numpy as np
 
 import totalforce as tf
 
-files = sys.argv[1:] or ["config/robots/rod_leg.urdf", "config/robots/rod_leg.yaml"]
+files = sys.argv[1:] or ["config/robots/loops/rod_leg.urdf", "config/robots/loops/rod_leg.yaml"]
 model = tf.Model(files[0], constraints=files[1])
 leg = tf.Workspace(model)
 names = [joint.name for joint in model.joints]

@@ -112,14 +112,23 @@ int model_loops_check(const tfa_model *model, model_loops *loops)
     return status;
 }
 
+int model_loops_text(const tfa_model *model, const model_loops *loops, uint32_t constraint,
+                     char *text, size_t size)
+{
+    return snprintf(text, size,
+                    "loop '%s' is open by %.3g m, %.3g rad at the zero posture; correct its frames "
+                    "if the file means it to be closed there, otherwise let close_loops find "
+                    "postures",
+                    tfa_model_constraint(model, constraint).name, loops->error[constraint][0],
+                    loops->error[constraint][1]);
+}
+
 void model_loops_warn(const tfa_model *model, const model_loops *loops, const char *file)
 {
+    char text[1024];
     for (uint32_t k = 0; k < tfa_model_constraint_count(model); k++)
-        if (loops->open >> k & 1)
-            fprintf(stderr,
-                    "%s: warning: loop '%s' is open by %.3g m, %.3g rad at the zero posture; "
-                    "correct its frames if the file means it to be closed there, otherwise let "
-                    "close_loops find postures [open-loop]\n",
-                    file, tfa_model_constraint(model, k).name, loops->error[k][0],
-                    loops->error[k][1]);
+        if (loops->open >> k & 1) {
+            (void)model_loops_text(model, loops, k, text, sizeof text);
+            fprintf(stderr, "%s: warning: %s [" MODEL_LOOP_CODE "]\n", file, text);
+        }
 }

@@ -28,6 +28,11 @@ typedef struct model_loops {
 /** Finds them. @return TFA_OK, or a status of tfa_workspace_create: nothing is checked. */
 TFA_CHECKED int model_loops_check(const tfa_model *model, model_loops *loops);
 
+/** Code of the warning about an open loop, and its text. As snprintf. */
+#define MODEL_LOOP_CODE "open-loop"
+int model_loops_text(const tfa_model *model, const model_loops *loops, uint32_t constraint,
+                     char *text, size_t size);
+
 /** Prints a warning for each open loop on standard error, after the name of the file. */
 void model_loops_warn(const tfa_model *model, const model_loops *loops, const char *file);
 

@@ -28,6 +28,20 @@ static json_t *vector(const double *v)
     return json_pack("[o,o,o]", number(v[0]), number(v[1]), number(v[2]));
 }
 
+/* Those of the check of loops, behind the others */
+static void add_loops(const model_report *r, json_t *list)
+{
+    char text[1024];
+    for (uint32_t k = 0; k < TFA_MAX_CONSTRAINTS; k++)
+        if (r->loops.open >> k & 1) {
+            (void)model_loops_text(r->model, &r->loops, k, text, sizeof text);
+            json_array_append_new(list, json_pack("{ss si ss si so}", "severity",
+                                                  tfa_word(TFA_WORDS_SEVERITY, TFA_WARNING), "line",
+                                                  0, "code", MODEL_LOOP_CODE, "count", 1, "text",
+                                                  text_of(text)));
+        }
+}
+
 static json_t *messages(const model_report *r)
 {
     json_t *list = json_array();
@@ -38,6 +52,7 @@ static json_t *messages(const model_report *r)
                                               (int)m->line, "code", m->code, "count", (int)m->count,
                                               "text", text_of(m->text)));
     }
+    add_loops(r, list);
     return list;
 }
 
@@ -48,6 +63,10 @@ static json_t *codes(const model_report *r)
         json_array_append_new(list, json_pack("{ss ss sI}", "code", r->codes[k].code, "severity",
                                               tfa_word(TFA_WORDS_SEVERITY, r->codes[k].severity),
                                               "count", (json_int_t)r->codes[k].count));
+    if (r->loops.open)
+        json_array_append_new(list, json_pack("{ss ss si}", "code", MODEL_LOOP_CODE, "severity",
+                                              tfa_word(TFA_WORDS_SEVERITY, TFA_WARNING), "count",
+                                              __builtin_popcount(r->loops.open)));
     return list;
 }
 

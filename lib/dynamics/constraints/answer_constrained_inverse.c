@@ -68,15 +68,19 @@ static void find_jacobian(struct state *s)
     }
 }
 
-/* Takes what the directions of F_u make of a row */
+/* Takes what the directions of F_u make of a row x: x - V V^T x, or x - U^T U^+T x */
 static void leave_null_space(const struct state *s, num *row)
 {
-    const uint32_t n = s->closing_rows;
+    const uint32_t n = s->closing_rows, stride = tip_stride(s);
+    num *a = s->coefficient;
     for (uint32_t k = 0; k < s->tip_rank; k++) {
-        const num *v = s->direction + (size_t)tip_stride(s) * k;
-        const num a = dense_dot(v, row, n) / s->eigenvalue[k];
+        a[k] = dense_dot(s->direction + (size_t)stride * k, row, n);
+        a[k] /= s->spectral ? s->eigenvalue[k] : num_of(1);
+    }
+    for (uint32_t k = 0; k < s->tip_rank; k++) {
+        const num *v = (s->spectral ? s->direction : s->triangle) + (size_t)stride * k;
         for (uint32_t e = 0; e < n; e++)
-            row[e] -= a * v[e];
+            row[e] -= a[k] * v[e];
     }
 }
 
@@ -128,12 +132,12 @@ static int find_force(struct state *s, const tfa_request *r, num *b, tfa_rank *r
     tfa_rank second;
     TFA_V(metric_load)(s, r);
     num size = find_rows(s, r, WITHOUT_MOTOR, b);
-    if (!TFA_V(factor_rows)(s, r, 1, size, rank))
+    if (!TFA_V(factor_rows)(s, r, 0, size, rank))
         return 0;
     TFA_V(least_squares)(s, s->force_row, NULL, F);
     subtract_force(s, F, b);
     size = find_rows(s, r, WITH_MOTOR, b);
-    if (!TFA_V(factor_rows)(s, r, 1, size, &second))
+    if (!TFA_V(factor_rows)(s, r, 0, size, &second))
         return 0;
     TFA_V(least_squares)(s, s->force_row, NULL, more);
     subtract_force(s, more, b);

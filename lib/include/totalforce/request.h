@@ -250,9 +250,10 @@ typedef struct tfa_answer {
                               chains of 48 and more revolute joints without armature */
     uint16_t flags;        /**< TFA_ANSWER_ bits */
     double error_estimate; /**< relative 2-norm error of qdd (base included; task torques: that of
-                                the posture torques; derivatives: where they are taken) or
-                                lambda_inv; NaN if not computed. That of lambda, mu, p and
-                                task torques: tfa_rank.error_estimate */
+                                the posture torques, constraints: without their forces, to which
+                                tfa_rank.error_estimate adds theirs; derivatives: where they are
+                                taken) or lambda_inv; NaN if not computed. That of lambda, mu, p
+                                and task torques: tfa_rank.error_estimate */
 } tfa_answer;
 
 /**

@@ -14,7 +14,7 @@
 #include "test.h"
 
 static uint32_t cases, full;
-static double worst_force, worst_motion;
+static double worst_force, worst_motion, worst_estimate;
 static const double gains[2] = {3, 2};
 
 /* F on the second link, -F on the first, at the origins of the links */
@@ -95,6 +95,27 @@ static void check(const constrained_robot *c, tfa_workspace *w, const tfa_reques
     check_forces(c, r, &m, &a, bound);
 }
 
+/* Both estimates, relative to the accelerations with and without the constraints' forces, against
+ * quadruple precision */
+static void check_estimate(const constrained_robot *c, tfa_request r)
+{
+    static constrained_answer a, exact;
+    const uint32_t n = c->robot->n, six = n - c->robot->nv;
+    double free[FREEDOMS], error[FREEDOMS];
+    r.estimate = TFA_ESTIMATE_ALWAYS;
+    constrained_ask(c, c->f64, &r, &a);
+    constrained_ask(c, c->f128, &r, &exact);
+    r.op = TFA_OP_FORWARD_DYNAMICS;
+    tfa_reply reply = {.qdd = free + six, .base_acceleration = free};
+    compute_ok(c->robot, c->f128, &r, &reply);
+    for (uint32_t j = 0; j < n; j++)
+        error[j] = a.qdd[j] - exact.qdd[j];
+    const double size = norm2(free, n) + norm2(exact.qdd, n),
+                 estimate = a.answer.error_estimate + a.rank.error_estimate;
+    assert_within(c->robot, "error over its estimate", norm2(error, n) / (size * estimate), 3,
+                  &worst_estimate);
+}
+
 static void law(test_robot *robot)
 {
     random_source s = {robot->seed + 77 + robot->base};
@@ -109,6 +130,7 @@ static void law(test_robot *robot)
     r.stabilisation = gains;
     check(&c, c.f128, &r, 1e-13);
     check(&c, c.f64, &r, 1e-9);
+    check_estimate(&c, r);
     cases++;
     random_states_free(states);
     constrained_close(&c);
@@ -117,7 +139,8 @@ static void law(test_robot *robot)
 TEST(constrained_dynamics_by_definition)
 {
     for_every_robot(law, false);
-    print_message("  %u robots, %u answers of full rank; forces within %.1e, accelerations %.1e\n",
-                  (unsigned)cases, (unsigned)full, worst_force, worst_motion);
+    print_message("  %u robots, %u answers of full rank; forces within %.1e, accelerations %.1e; "
+                  "errors %.2f of their estimates at most\n",
+                  (unsigned)cases, (unsigned)full, worst_force, worst_motion, worst_estimate);
     assert_true(cases > 20 && full > 20);
 }

@@ -28,6 +28,13 @@ static json_t *vector(const double *v)
     return json_pack("[o,o,o]", number(v[0]), number(v[1]), number(v[2]));
 }
 
+static json_t *message(tfa_severity severity, uint32_t line, const char *code, uint32_t count,
+                       const char *text)
+{
+    return json_pack("{ss si ss si so}", "severity", tfa_word(TFA_WORDS_SEVERITY, severity), "line",
+                     (int)line, "code", code, "count", (int)count, "text", text_of(text));
+}
+
 /* Those of the check of loops, behind the others */
 static void add_loops(const model_report *r, json_t *list)
 {
@@ -35,10 +42,7 @@ static void add_loops(const model_report *r, json_t *list)
     for (uint32_t k = 0; k < TFA_MAX_CONSTRAINTS; k++)
         if (r->loops.open >> k & 1) {
             (void)model_loops_text(r->model, &r->loops, k, text, sizeof text);
-            json_array_append_new(list, json_pack("{ss si ss si so}", "severity",
-                                                  tfa_word(TFA_WORDS_SEVERITY, TFA_WARNING), "line",
-                                                  0, "code", MODEL_LOOP_CODE, "count", 1, "text",
-                                                  text_of(text)));
+            json_array_append_new(list, message(TFA_WARNING, 0, MODEL_LOOP_CODE, 1, text));
         }
 }
 
@@ -47,10 +51,7 @@ static json_t *messages(const model_report *r)
     json_t *list = json_array();
     for (size_t i = 0; i < r->messages->count; i++) {
         const tfa_message *m = &r->messages->messages[i];
-        json_array_append_new(list, json_pack("{ss si ss si so}", "severity",
-                                              tfa_word(TFA_WORDS_SEVERITY, m->severity), "line",
-                                              (int)m->line, "code", m->code, "count", (int)m->count,
-                                              "text", text_of(m->text)));
+        json_array_append_new(list, message(m->severity, m->line, m->code, m->count, m->text));
     }
     add_loops(r, list);
     return list;

@@ -24,11 +24,6 @@
 /* s->task: as in answer_operational.c */
 enum { ERROR, FORCE, UNREACHED = 4 };
 
-static inline num *rows_of_task(const struct state *s, uint32_t which)
-{
-    return s->task + (size_t)which * all_tip_rows(s);
-}
-
 /* Six numbers of each constraint, for state k; NULL: not wanted */
 static double *block(const struct state *s, double *out, uint32_t k)
 {
@@ -86,25 +81,17 @@ void TFA_V(constraint_wanted)(const struct state *s, const tfa_request *r, uint3
 /* Forces in held rows: -F into `y` */
 static void find_force(struct state *s, num *y)
 {
-    const num *x = rows_of_task(s, ERROR);
+    const num *x = task_vector(s, ERROR);
     if (s->keeps_force)
         TFA_V(lambda_force)(s, NULL, x, y);
     else
         TFA_V(force_of)(s, s->task_force, x, y);
 }
 
-/* s->tau of the request, with what follows from q and v */
-static void load_tau(struct state *s, const tfa_request *r)
-{
-    TFA_V(load_forces)(s, r->base_wrench, r->tau);
-    for (uint32_t j = 0; s->has_passive_force && j < s->freedoms; j++)
-        s->tau[j] += s->passive_force[j];
-}
-
 /* J_c qdd + J_c-dot v - a, which is J_c qdd less the error, into `out` */
 static void find_residual(struct state *s, num *out)
 {
-    const num *x = rows_of_task(s, ERROR);
+    const num *x = task_vector(s, ERROR);
     TFA_V(constraint_motion)(s, s->qdd, out);
     for (uint32_t j = 0; j < s->closing_rows; j++)
         out[j] -= x[j];
@@ -125,7 +112,7 @@ static void store_rank(struct state *s, uint32_t k, const tfa_rank *rank, tfa_re
     memset(lost, 0, TFA_LOST_MAX * wide * sizeof *lost);
     if (!rank->lost)
         return;
-    TFA_V(lambda_lost)(s, rows_of_task(s, UNREACHED), lost);
+    TFA_V(lambda_lost)(s, task_vector(s, UNREACHED), lost);
     for (uint32_t d = TFA_LOST_MAX; d-- > 0;) { /* rows move outward: the last ones first */
         double *to = lost + wide * d;
         const double *from = lost + (2 + n) * d;
@@ -154,9 +141,9 @@ static int factor_constraints(struct state *s, const tfa_request *r, uint32_t k,
     if (!TFA_V(factor_tips)(s, r, estimated, &rank))
         return TFA_E_NOT_COMPUTED;
     if (rank.lost && reply->lost && r->op == TFA_OP_IMPACT)
-        memcpy(rows_of_task(s, UNREACHED), rows_of_task(s, ERROR), s->closing_rows * sizeof(num));
+        memcpy(task_vector(s, UNREACHED), task_vector(s, ERROR), s->closing_rows * sizeof(num));
     else if (rank.lost && reply->lost) {
-        num *unreached = rows_of_task(s, UNREACHED);
+        num *unreached = task_vector(s, UNREACHED);
         if (s->keeps_force == KEEPS_FORCE_GIVEN)
             return TFA_E_NOT_COMPUTED;
         if (s->keeps_force)
@@ -186,9 +173,9 @@ int TFA_V(store_wrenches)(const struct state *s, const num *F, uint32_t k, tfa_r
 int TFA_V(constraint_forces)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
                              tfa_answer *answer)
 {
-    num *F = rows_of_task(s, FORCE);
+    num *F = task_vector(s, FORCE);
     TFA_V(constraint_errors)(s, k, reply);
-    TFA_V(constraint_wanted)(s, r, k, rows_of_task(s, ERROR));
+    TFA_V(constraint_wanted)(s, r, k, task_vector(s, ERROR));
     if (!s->keeps_force)
         TFA_V(subtract_bias)(s);
     const int status =
@@ -206,7 +193,7 @@ int TFA_V(constraint_forces)(struct state *s, const tfa_request *r, uint32_t k, 
 
 int TFA_V(constraint_residual)(struct state *s, uint32_t k, tfa_reply *reply)
 {
-    num *rest = rows_of_task(s, FORCE);
+    num *rest = task_vector(s, FORCE);
     find_residual(s, rest);
     return TFA_V(store_held)(s, rest, block(s, reply->constraint_residual, k));
 }
@@ -214,7 +201,7 @@ int TFA_V(constraint_residual)(struct state *s, uint32_t k, tfa_reply *reply)
 /* Forward dynamics with the forces of the request and these */
 static void accelerate(struct state *s, const tfa_request *r, const num *F, tfa_method method)
 {
-    load_tau(s, r);
+    TFA_V(load_tau)(s, r);
     TFA_V(constraint_force)(s, F, s->tau);
     TFA_V(gather_on_leaders)(s, s->tau);
     (void)TFA_V(forward_dynamics)(s, method);
@@ -229,7 +216,7 @@ int TFA_V(answer_constrained)(struct state *s, const tfa_request *r, uint32_t k,
     if (s->keeps_force)
         TFA_V(aba_outward)(s, s->qdd);
     else
-        accelerate(s, r, rows_of_task(s, FORCE), (tfa_method)answer->method);
+        accelerate(s, r, task_vector(s, FORCE), (tfa_method)answer->method);
     s->keeps_force = 0;
     int finite = TFA_V(unload_qdd)(s, k, reply);
     TFA_V(round_accelerations)(s);
@@ -252,7 +239,7 @@ int TFA_V(answer_impact)(struct state *s, const tfa_request *r, uint32_t k, tfa_
                          tfa_answer *answer)
 {
     const tfa_method method = s->by.method;
-    num *F = rows_of_task(s, FORCE), *x = rows_of_task(s, ERROR);
+    num *F = task_vector(s, FORCE), *x = task_vector(s, ERROR);
     answer->method = (uint16_t)method;
     TFA_V(constraint_errors)(s, k, reply);
     for (uint32_t j = 0; j < s->closing_rows; j++) {

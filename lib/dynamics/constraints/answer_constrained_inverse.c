@@ -28,11 +28,6 @@ enum { WANTED, FORCE, MORE, REST };
 /* Freedoms by what their force costs. Free: locked ones, followers, modes */
 enum { WITHOUT_MOTOR, WITH_MOTOR, FREE };
 
-static num *rows_of_task(const struct state *s, uint32_t which)
-{
-    return s->task + (size_t)which * all_tip_rows(s);
-}
-
 /* s->mark by public freedom: 1 where its joint has a motor */
 static void mark_motors(struct state *s)
 {
@@ -118,7 +113,7 @@ static num find_rows(struct state *s, const tfa_request *r, int kind, const num 
 /* b -= J_c^T F, with followers on their leaders */
 static void subtract_force(struct state *s, const num *F, num *b)
 {
-    num *minus = rows_of_task(s, REST);
+    num *minus = task_vector(s, REST);
     for (uint32_t j = 0; j < s->closing_rows; j++)
         minus[j] = -F[j];
     TFA_V(constraint_force)(s, minus, b);
@@ -128,7 +123,7 @@ static void subtract_force(struct state *s, const num *F, num *b)
 /* F by both steps, b becomes tau. Returns 0 where it is not finite. */
 static int find_force(struct state *s, const tfa_request *r, num *b, tfa_rank *rank)
 {
-    num *F = rows_of_task(s, FORCE), *more = rows_of_task(s, MORE);
+    num *F = task_vector(s, FORCE), *more = task_vector(s, MORE);
     tfa_rank second;
     TFA_V(metric_load)(s, r);
     num size = find_rows(s, r, WITHOUT_MOTOR, b);
@@ -155,7 +150,7 @@ static int find_force(struct state *s, const tfa_request *r, num *b, tfa_rank *r
 /* J_c qdd + J_c-dot v - a to the reply */
 static int store_residual(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply)
 {
-    num *x = rows_of_task(s, WANTED), *rest = rows_of_task(s, REST);
+    num *x = task_vector(s, WANTED), *rest = task_vector(s, REST);
     TFA_V(constraint_wanted)(s, r, k, x);
     TFA_V(constraint_motion)(s, s->qdd, rest);
     for (uint32_t j = 0; j < s->closing_rows; j++)
@@ -188,7 +183,7 @@ int TFA_V(answer_constrained_inverse)(struct state *s, const tfa_request *r, uin
         reply->index = rank.rank;
         return TFA_E_RANK;
     }
-    finite &= TFA_V(store_wrenches)(s, rows_of_task(s, FORCE), k, reply, answer);
+    finite &= TFA_V(store_wrenches)(s, task_vector(s, FORCE), k, reply, answer);
     finite &= TFA_V(unload_force)(s, s->res,
                                   reply->base_wrench ? reply->base_wrench + 6 * (size_t)k : NULL,
                                   reply->tau ? reply->tau + (size_t)s->m->v_count * k : NULL);

@@ -18,6 +18,12 @@ static inline uint32_t all_tip_rows(const struct state *s)
     return s->closings ? s->closing_rows : s->tip_rows * s->tips;
 }
 
+/* Vector number `which` of s->task, with a number for each of them */
+static inline num *task_vector(const struct state *s, uint32_t which)
+{
+    return s->task + (size_t)which * all_tip_rows(s);
+}
+
 /* From row to row of matrices with a column for each of them */
 static inline uint32_t tip_stride(const struct state *s)
 {

@@ -234,14 +234,12 @@ static int answer_constrained(struct state *s, const tfa_request *request, uint3
                               tfa_reply *reply, tfa_answer *answer)
 {
     TFA_V(constraints_activate)(s, request->constraints);
-    int status = TFA_OK;
+    int status;
     if (request->op == TFA_OP_IMPACT)
         status = TFA_V(answer_impact)(s, request, k, reply, answer);
     else if (request->op == TFA_OP_CONSTRAINED_INVERSE_DYNAMICS)
         status = TFA_V(answer_constrained_inverse)(s, request, k, reply, answer);
-    else
-        status = answer_task(s, request, k, reply, answer);
-    if (status == TFA_OK && request->op == TFA_OP_CONSTRAINED_DYNAMICS)
+    else if ((status = answer_task(s, request, k, reply, answer)) == TFA_OK)
         status = TFA_V(answer_constrained)(s, request, k, reply, answer);
     load_tips(s, request);
     return status;

@@ -27,11 +27,6 @@
 #include "interface/traits.h"
 
 /* s->task: numbers of one vector of the tips' rows, five of which fit; two are scratch of Lambda */
-static num *task_vector(const struct state *s, uint32_t which)
-{
-    return s->task + (size_t)which * all_tip_rows(s);
-}
-
 enum { ERROR, FORCE, UNREACHED = 4 };
 
 /* Returns 1 when all of it is finite. */

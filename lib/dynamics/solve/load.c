@@ -120,6 +120,13 @@ void TFA_V(load_forces)(struct state *s, const double *base, const double *joint
         s->tau[m->mimic[k].follower] = num_of(0);
 }
 
+void TFA_V(load_tau)(struct state *s, const tfa_request *r)
+{
+    TFA_V(load_forces)(s, r->base_wrench, r->tau);
+    for (uint32_t j = 0; s->has_passive_force && j < s->freedoms; j++)
+        s->tau[j] += s->passive_force[j];
+}
+
 /* ---- velocities, forces ---- */
 
 static void clear_passive_force(struct state *s)
@@ -210,9 +217,7 @@ static void load_motion(struct state *s, const tfa_request *r)
     TFA_V(leave_boost)(s);
     s->moving |= s->wrenched && reads_wrenches(r);
     if (TFA_OP_BIT(r->op) & TRAITS_FORWARD) {
-        TFA_V(load_forces)(s, r->base_wrench, r->tau);
-        for (uint32_t j = 0; s->has_passive_force && j < s->freedoms; j++)
-            s->tau[j] += s->passive_force[j];
+        TFA_V(load_tau)(s, r);
     } else if (TFA_OP_BIT(r->op) & TRAITS_DYNAMICS) {
         TFA_V(load_accelerations)(s, r->base_acceleration, r->qdd);
         for (uint32_t j = 0; s->locked && j < s->freedoms; j++)

@@ -72,6 +72,8 @@ int TFA_V(load_freedoms)(const struct state *s, num *out, const double *base, co
 
 /* s->tau from public forces alone: a follower's is part of its leader's already. */
 void TFA_V(load_forces)(struct state *s, const double *base, const double *joints);
+/* The same of the request, with passive forces, which are there */
+void TFA_V(load_tau)(struct state *s, const tfa_request *r);
 
 /* Galilei's transformation. In an observer's frame that has the velocity V of a root body's origin
  * all forces and accelerations of joints are the same, and no product of a large V can cost digits

@@ -146,7 +146,7 @@ static int check_method(const struct tfa_model *m, const tfa_request *r, const t
 static int check_modes(const tfa_request *r, const tfa_method_info *row, tfa_reply *reply)
 {
     const uint32_t served = TRAIT_FD | TRAIT_OSIM | TRAIT_KINEMATICS,
-                   refused = TFA_WANT_JOINT_FORCES | FLAGS_LAMBDA;
+                   refused = TFA_WANT_JOINT_FORCES | FLAGS_LAMBDA | TFA_WANT_GENERALISED_MOMENTUM;
     if (!(TFA_OP_BIT(r->op) & served))
         return tfa_set_error(reply, TFA_E_UNSUPPORTED, TFA_FIELD_OP, 0, 0);
     if (row->refuses & TFA_REFUSES_MODES)

@@ -26,7 +26,8 @@ static int check_flags(const tfa_request *r, tfa_reply *reply)
         return tfa_set_error(reply, TFA_E_UNSUPPORTED, TFA_FIELD_OP, 0, 0);
     if (r->flags & TFA_WANT_DELASSUS && !(op & TFA_OPS_CONSTRAINED_SOLVE))
         return tfa_set_error(reply, TFA_E_UNSUPPORTED, TFA_FIELD_OP, 0, 0);
-    if ((r->flags & FLAGS_OF_TIPS || op & (TRAIT_OSIM | TRAIT_TASK)) && r->tip_count == 0)
+    if ((r->flags & FLAGS_OF_TIPS || op & (TRAIT_OSIM | TRAIT_TASK | TRAIT_REGRESSOR)) &&
+        r->tip_count == 0)
         return tfa_set_error(reply, TFA_E_SIZE, TFA_FIELD_TIPS, 0, 0);
     return TFA_OK;
 }

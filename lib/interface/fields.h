@@ -38,6 +38,7 @@ enum tfa_extent {
     EXTENT_COUNT = -13,       /**< states */
     EXTENT_MODES = -14,       /**< of flexible links */
     EXTENT_CONSTRAINTS = -15, /**< six for each active constraint */
+    EXTENT_PARAMETERS = -16,  /**< ten of each tip's link */
 };
 
 /** Lengths of one robot and one request */
@@ -92,6 +93,8 @@ enum tfa_needs {
 #define TFA_OPS_INVERSE                                                                            \
     (TFA_OPS_ID | TFA_OPS_BIAS | TFA_OPS_ID_DERIVATIVES | TFA_OPS_CONSTRAINED_ID)
 #define TFA_OPS_FORCES (TFA_OPS_FORWARD | TFA_OPS_INVERSE)
+#define TFA_OPS_QDD (TFA_OPS_INVERSE | TFA_OPS_REGRESSOR)
+#define TFA_OPS_TIPS (TFA_OPS_SOLVE | TFA_OPS_REGRESSOR)
 /* Sets of answers by flag: with a rank; all with ops that answer lambda_inv only; motion of tips */
 #define TFA_WANT_RANK (TFA_WANT_LAMBDA | TFA_WANT_MU | TFA_WANT_P)
 #define TFA_WANT_OF_SOLVE (TFA_WANT_RANK | TFA_WANT_SPECTRUM)
@@ -148,7 +151,13 @@ enum tfa_needs {
       NOTHING)                                                                                     \
     X(DELASSUS, delassus, CONSTRAINTS, CONSTRAINTS, 0, TFA_WANT_DELASSUS, NOTHING)                 \
     X(OUT_V, v, NONE, V, TFA_OPS_IMPACT, 0, NOTHING)                                               \
-    X(OUT_BASE_TWIST, base_twist, NONE, BASE, TFA_OPS_IMPACT, 0, NOTHING)
+    X(OUT_BASE_TWIST, base_twist, NONE, BASE, TFA_OPS_IMPACT, 0, NOTHING)                          \
+    X(FRICTION_FORCE, friction_force, NONE, FREEDOMS, TFA_OPS_BIAS, 0, NOTHING)                    \
+    X(REGRESSOR, regressor, FREEDOMS, PARAMETERS, TFA_OPS_REGRESSOR, 0, TIPS)                      \
+    X(JOINT_REGRESSOR, joint_regressor, V, 3, TFA_OPS_REGRESSOR, 0, NOTHING)                       \
+    X(GENERALISED_MOMENTUM, generalised_momentum, NONE, FREEDOMS, 0,                               \
+      TFA_WANT_GENERALISED_MOMENTUM, NOTHING)                                                      \
+    X(MOMENTUM_RATE, momentum_rate, NONE, FREEDOMS, 0, TFA_WANT_GENERALISED_MOMENTUM, NOTHING)
 
 /** How JSON prints an output */
 enum tfa_layout {
@@ -183,6 +192,8 @@ enum tfa_layout {
       "Coriolis and centrifugal forces, N m or N")                                                 \
     X(DAMPING_FORCE, damping_force, "damping", FREEDOMS,                                           \
       "damping times v, N m or N; 0 unless the model has damping")                                 \
+    X(FRICTION_FORCE, friction_force, "friction", FREEDOMS,                                        \
+      "friction times v / sqrt(v^2 + friction_velocity^2), N m or N; 0 unless the model has it")   \
     X(EXTERNAL_FORCE, external_force, "external", FREEDOMS, "- sum of J^T wrench, N m or N")       \
     X(ARMATURE_FORCE, armature_force, "armature", FREEDOMS,                                        \
       "armature times qdd, part of M qdd; with qdd or base_acceleration")                          \
@@ -207,6 +218,16 @@ enum tfa_layout {
       "linear (N s), angular about the centre of mass (N m s), axes of the world")                 \
     X(ENERGY, energy, "energy", ENERGY, "kinetic, potential, J")                                   \
     X(MASS_MATRIX, mass_matrix, "M", MATRIX, "mass matrix, the base first")                        \
+    X(GENERALISED_MOMENTUM, generalised_momentum, "generalised_momentum", FREEDOMS,                \
+      "M v, kg m^2/s or kg m/s")                                                                   \
+    X(MOMENTUM_RATE, momentum_rate, "momentum_rate", FREEDOMS,                                     \
+      "its rate without tau, N m or N: dM/dt v - velocity - gravity - damping - friction -\n"      \
+      "external")                                                                                  \
+    X(REGRESSOR, regressor, "regressor", MATRIX,                                                   \
+      "ten columns for each link in `tips`: mass, mass times centre (3), inertia about the\n"      \
+      "link's origin (ixx ixy ixz iyy iyz izz), axes of the link")                                 \
+    X(JOINT_REGRESSOR, joint_regressor, "joint_regressor", MATRIX,                                 \
+      "of each freedom, its armature's, damping's and friction's factors")                         \
     X(DQDD_DQ, dqdd_dq, "dqdd_dq", MATRIX, "by motion along each freedom")                         \
     X(DQDD_DV, dqdd_dv, "dqdd_dv", MATRIX, "by the velocity of each freedom")                      \
     X(DQDD_DTAU, dqdd_dtau, "dqdd_dtau", MATRIX, "by the force of each freedom: M^-1")             \
@@ -244,12 +265,12 @@ enum tfa_layout {
     X(tau, TFA_OPS_FD | TFA_OPS_DERIVATIVES | TFA_OPS_CONSTRAINED_FD, 0)                           \
     X(posture_torques, TFA_OPS_TASK, 0)                                                            \
     X(base_wrench, TFA_OPS_FORWARD, 0)                                                             \
-    X(qdd, TFA_OPS_INVERSE, 0)                                                                     \
-    X(base_acceleration, TFA_OPS_INVERSE, 0)                                                       \
+    X(qdd, TFA_OPS_QDD, 0)                                                                         \
+    X(base_acceleration, TFA_OPS_QDD, 0)                                                           \
     X(modes, TFA_OPS_ALL, 0)                                                                       \
     X(mode_velocities, TFA_OPS_ALL, 0)                                                             \
-    X(wrench, TFA_OPS_FORCES, TFA_WANT_MU)                                                         \
-    X(tips, TFA_OPS_SOLVE, TFA_WANT_OF_TIPS)                                                       \
+    X(wrench, TFA_OPS_FORCES, FLAGS_WRENCHES)                                                      \
+    X(tips, TFA_OPS_TIPS, TFA_WANT_OF_TIPS)                                                        \
     X(rows, TFA_OPS_SOLVE, TFA_WANT_OF_TIPS)                                                       \
     X(frame, TFA_OPS_FORCES | TFA_OPS_OSIM, TFA_WANT_OF_TIPS)                                      \
     X(acceleration, TFA_OPS_TASK, 0)                                                               \
@@ -277,6 +298,7 @@ enum tfa_layout {
     X("com", COM)                                                                                  \
     X("momentum", MOMENTUM)                                                                        \
     X("energy", ENERGY)                                                                            \
+    X("generalised_momentum", GENERALISED_MOMENTUM)                                                \
     X("lambda", LAMBDA)                                                                            \
     X("mu", MU)                                                                                    \
     X("p", P)                                                                                      \
@@ -421,6 +443,8 @@ static inline size_t tfa_extent(int extent, const tfa_extents *n)
         return n->modes;
     case EXTENT_CONSTRAINTS:
         return n->constraints;
+    case EXTENT_PARAMETERS:
+        return n->tips * TFA_LINK_PARAMETERS;
     default:
         return (size_t)extent;
     }

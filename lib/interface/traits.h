@@ -22,6 +22,7 @@ enum {
     TRAIT_CONSTRAINED_FD = TFA_OP_BIT(TFA_OP_CONSTRAINED_DYNAMICS),
     TRAIT_IMPACT = TFA_OP_BIT(TFA_OP_IMPACT),
     TRAIT_CONSTRAINED_ID = TFA_OP_BIT(TFA_OP_CONSTRAINED_INVERSE_DYNAMICS),
+    TRAIT_REGRESSOR = TFA_OP_BIT(TFA_OP_REGRESSOR),
     TRAIT_TIPS = 1u << 14,             /* at least one tip */
     TRAIT_SEVERAL_TIPS = 1u << 15,     /* at least two */
     TRAIT_TIP_MOTION = 1u << 16,       /* twists, Jacobians, bias accelerations of tips */
@@ -44,7 +45,8 @@ _Static_assert(TRAIT_TIPS > TFA_OP_BIT(TFA_OP_LAST), "ops come first");
 /* Ops that solve for accelerations with tau: forward dynamics and those made of it */
 #define TRAITS_FORWARD (TRAIT_FD | TRAIT_TASK | TRAIT_DERIVATIVES | TRAIT_CONSTRAINED_FD)
 /* Ops that read accelerations */
-#define TRAITS_INVERSE (TRAIT_ID | TRAIT_BIAS | TRAIT_ID_DERIVATIVES | TRAIT_CONSTRAINED_ID)
+#define TRAITS_INVERSE                                                                             \
+    (TRAIT_ID | TRAIT_BIAS | TRAIT_ID_DERIVATIVES | TRAIT_CONSTRAINED_ID | TRAIT_REGRESSOR)
 #define TRAITS_DERIVATIVES (TRAIT_DERIVATIVES | TRAIT_ID_DERIVATIVES)
 /* Ops that answer lambda_inv */
 #define TRAITS_LAMBDA_INV (TRAIT_FD | TRAIT_OSIM | TRAIT_TASK)
@@ -64,12 +66,14 @@ _Static_assert(TRAIT_TIPS > TFA_OP_BIT(TFA_OP_LAST), "ops come first");
 /* Flags by what they depend on */
 #define FLAGS_TIP_MOTION (TFA_WANT_TWISTS | TFA_WANT_JACOBIAN | TFA_WANT_BIAS_ACCELERATION)
 #define FLAGS_BODY_MOTION                                                                          \
-    (TFA_WANT_FRAME_POSES | TFA_WANT_COM | TFA_WANT_MOMENTUM | TFA_WANT_ENERGY)
+    (TFA_WANT_FRAME_POSES | TFA_WANT_COM | TFA_WANT_MOMENTUM | TFA_WANT_ENERGY |                   \
+     TFA_WANT_GENERALISED_MOMENTUM)
 #define FLAGS_LAMBDA (TFA_WANT_LAMBDA | TFA_WANT_MU | TFA_WANT_P)
 #define FLAGS_VELOCITY                                                                             \
     (TFA_WANT_TWISTS | TFA_WANT_BIAS_ACCELERATION | TFA_WANT_COM | TFA_WANT_MOMENTUM |             \
-     TFA_WANT_ENERGY | TFA_WANT_MU)
-#define FLAGS_GRAVITY (TFA_WANT_ENERGY | TFA_WANT_MU | TFA_WANT_P)
+     TFA_WANT_ENERGY | TFA_WANT_MU | TFA_WANT_GENERALISED_MOMENTUM)
+#define FLAGS_WRENCHES (TFA_WANT_MU | TFA_WANT_GENERALISED_MOMENTUM)
+#define FLAGS_GRAVITY (FLAGS_WRENCHES | TFA_WANT_ENERGY | TFA_WANT_P)
 
 /* Of a request with a valid op. Cost: some ten instructions. */
 static inline uint32_t traits_of(const tfa_request *r)
@@ -100,7 +104,7 @@ static inline uint32_t traits_of(const tfa_request *r)
 static inline int tfa_is_operational(const tfa_request *r)
 {
     return r->flags || r->rows || r->rank_loss || r->rank_threshold || r->characteristic_length ||
-           TFA_OP_BIT(r->op) & (TRAIT_OSIM | TRAIT_TASK | TRAITS_CONSTRAINED);
+           TFA_OP_BIT(r->op) & (TRAIT_OSIM | TRAIT_TASK | TRAITS_CONSTRAINED | TRAIT_REGRESSOR);
 }
 
 /* Rows of a tip; as many as there can be if the kind does not exist */
@@ -130,7 +134,8 @@ static inline int reads_gravity(const tfa_request *r)
 /* 1: wrenches are read */
 static inline int reads_wrenches(const tfa_request *r)
 {
-    return (TFA_OP_BIT(r->op) & TRAITS_DYNAMICS) != 0 || (r->flags & TFA_WANT_MU) != 0;
+    return (TFA_OP_BIT(r->op) & (TRAITS_DYNAMICS ^ TRAIT_REGRESSOR)) != 0 ||
+           (r->flags & FLAGS_WRENCHES) != 0;
 }
 
 #endif

@@ -14,7 +14,7 @@
 
 #define TFA_HANDSHAKE_MAGIC 0x31414654u /* "TFA1" */
 /** Incremented with every change of handshake.h, wire.h or ring.h. */
-#define TFA_HANDSHAKE_ABI 12u
+#define TFA_HANDSHAKE_ABI 13u
 #define TFA_ROBOT_NAME_MAX 63
 /** Locked (F_OFD_SETLK) by the daemon of a runtime directory during its lifetime. */
 #define TFA_LOCK_FILE "totalforced.lock"

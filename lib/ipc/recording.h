@@ -21,7 +21,7 @@
 
 #define TFA_RECORDING_MAGIC "TFARECRD"
 /** Incremented with every change of this file, of tap.h and of wire.h. */
-#define TFA_RECORDING_VERSION 7u
+#define TFA_RECORDING_VERSION 8u
 #define TFA_RECORDING_ORDER 0x01020304u
 #define TFA_RECORDING_SETTINGS_MAX ((uint64_t)16 << 20)
 #define TFA_RECORDING_URDF_MAX ((uint64_t)256 << 20)

@@ -51,6 +51,10 @@ static void add_maps(SHA2_CTX *c, const struct tfa_model *m)
     add(c, m->armature, m->freedoms * sizeof *m->armature);
     if (m->damping)
         add(c, m->damping, m->freedoms * sizeof *m->damping);
+    if (m->friction) {
+        add(c, m->friction, m->freedoms * sizeof *m->friction);
+        add(c, &m->friction_velocity, sizeof m->friction_velocity);
+    }
 }
 
 static void add_modes(SHA2_CTX *c, const struct tfa_model *m)

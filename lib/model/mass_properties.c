@@ -217,3 +217,35 @@ void tfa_compute_links(const struct tfa_model *m, struct tfa_link_mass *link,
         ext_round_inertia(link[k].I, quad[k].I);
     }
 }
+
+void tfa_model_parameters(const tfa_model *model, uint32_t frame, double parameters[10])
+{
+    ext R[9], p[3], h[3], out[10] = {0}, moved[3];
+    const struct tfa_frame *f = frame < model->frames ? &model->frame[frame] : NULL;
+    const int has_mass = f && f->body >= 0 && !f->part;
+    if (has_mass) {
+        const struct tfa_mass_properties *of = &model->body[f->body].quad->mass;
+        ext I[9], turned[9], Rt[9];
+        memcpy(R, model->frame_quad[frame].E, sizeof R);
+        memcpy(p, model->frame_quad[frame].r, sizeof p);
+        const ext hp = of->h[0] * p[0] + of->h[1] * p[1] + of->h[2] * p[2],
+                  pp = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
+        for (int k = 0; k < 3; k++)
+            h[k] = of->h[k] - of->mass * p[k];
+        ext_apply_transposed(moved, R, h);
+        for (int e = 0; e < 6; e++) { /* about p: sum of m ((x-p).(x-p) 1 - (x-p)(x-p)^T) */
+            const int i = ext_row[e], j = ext_col[e];
+            I[3 * i + j] = of->I[e] + of->h[i] * p[j] + p[i] * of->h[j] - of->mass * p[i] * p[j] +
+                           (i == j ? of->mass * pp - 2 * hp : 0);
+            I[3 * j + i] = I[3 * i + j];
+        }
+        ext_transpose(Rt, R);
+        ext_mul(turned, Rt, I);
+        ext_mul(I, turned, R);
+        out[0] = of->mass;
+        memcpy(out + 1, moved, sizeof moved);
+        for (int e = 0; e < 6; e++)
+            out[4 + e] = I[3 * ext_row[e] + ext_col[e]];
+    }
+    ext_round(parameters, out, 10);
+}

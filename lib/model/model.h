@@ -202,6 +202,8 @@ struct tfa_model {
     const struct tfa_mimic *mimic;
     const double *armature; /* of each inner freedom */
     const double *damping;  /* of each inner freedom; NULL: none */
+    const double *friction; /* the same */
+    double friction_velocity;
     const struct tfa_flexible *flexible;
     const struct tfa_handle *handle;
     const struct tfa_closure *closure; /* one for each constraint */

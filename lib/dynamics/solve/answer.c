@@ -262,6 +262,8 @@ static int answer_op(struct state *s, const tfa_request *request, uint32_t k, tf
         return TFA_V(answer_lambda)(s, request, k, reply, answer);
     case TFA_OP_BIAS:
         return TFA_V(answer_bias)(s, k, reply, answer);
+    case TFA_OP_REGRESSOR:
+        return TFA_V(answer_regressor)(s, k, reply, answer);
     case TFA_OP_TASK_TORQUES:
         return answer_task(s, request, k, reply, answer);
     case TFA_OP_CONSTRAINED_DYNAMICS:

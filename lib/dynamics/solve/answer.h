@@ -92,6 +92,11 @@ int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa
 int TFA_V(estimate_forward)(struct state *s, const tfa_request *r, uint32_t k,
                             const tfa_reply *reply, double limit, tfa_answer *out);
 int TFA_V(answer_bias)(struct state *s, uint32_t k, tfa_reply *reply, tfa_answer *out);
+/* The generalised momentum and its rate, after all other answers: s->tau is overwritten. Returns 1
+ * when all of it is finite. */
+int TFA_V(answer_momentum)(struct state *s, uint32_t k, tfa_reply *reply);
+/* Needs pose, velocities and accelerations loaded. */
+int TFA_V(answer_regressor)(struct state *s, uint32_t k, tfa_reply *reply, tfa_answer *answer);
 int TFA_V(answer_derivatives)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
                               tfa_answer *out);
 int TFA_V(answer_inverse_derivatives)(struct state *s, const tfa_request *r, tfa_reply *reply,

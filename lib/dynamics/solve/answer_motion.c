@@ -197,8 +197,10 @@ int TFA_V(answer_motion_loaded)(struct state *s, const tfa_request *r, uint32_t 
     flags &= r->flags;
     for (uint32_t t = 0; flags & (FLAGS_TIP_MOTION | TFA_WANT_POSES) && t < s->tips; t++)
         finite &= answer_tip(s, r, flags, k, t, reply);
-    if (flags & FLAGS_BODY_MOTION)
+    if (flags & FLAGS_BODY_MOTION & ~TFA_WANT_GENERALISED_MOMENTUM)
         finite &= answer_bodies(s, flags, k, reply);
+    if (flags & TFA_WANT_GENERALISED_MOMENTUM)
+        finite &= TFA_V(answer_momentum)(s, k, reply);
     return finite;
 }
 

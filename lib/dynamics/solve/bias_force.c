@@ -7,6 +7,7 @@
 
 #include "dynamics/core/recursions.h"
 #include "dynamics/core/velocity_step.h"
+#include "spatial/friction.h"
 
 static void zero(const struct state *s, num *x)
 {
@@ -39,11 +40,25 @@ void TFA_V(velocity_force)(struct state *s, num *out)
     s->gravity = gravity;
 }
 
+/* Velocity of freedom j in the world */
+static num velocity_of(const struct state *s, uint32_t j)
+{
+    return s->boosted ? s->qd[j] + s->boost[j] : s->qd[j];
+}
+
 void TFA_V(damping_force)(const struct state *s, num *out)
 {
     zero(s, out);
     for (uint32_t j = s->m->base_freedoms; s->m->damping && j < s->freedoms; j++)
-        out[j] = num_of(s->m->damping[j]) * (s->boosted ? s->qd[j] + s->boost[j] : s->qd[j]);
+        out[j] = num_of(s->m->damping[j]) * velocity_of(s, j);
+}
+
+void TFA_V(friction_force)(const struct state *s, num *out)
+{
+    const num scale = num_of(s->m->friction_velocity);
+    zero(s, out);
+    for (uint32_t j = s->m->base_freedoms; s->m->friction && j < s->freedoms; j++)
+        out[j] = num_of(s->m->friction[j]) * friction_sign(velocity_of(s, j), scale);
 }
 
 /* The forces of the joints that wrenches inside fused joints cause are among the passive ones, with
@@ -64,4 +79,39 @@ void TFA_V(external_force)(struct state *s, num *out)
     TFA_V(damping_force)(s, s->dx);
     for (uint32_t j = 0; s->has_passive_force && j < s->freedoms; j++)
         out[j] -= s->passive_force[j] + s->dx[j];
+    TFA_V(friction_force)(s, s->dx);
+    for (uint32_t j = 0; s->m->friction && s->has_passive_force && j < s->freedoms; j++)
+        out[j] -= s->dx[j];
+}
+
+static void subtract(const struct state *s, num *x, const num *y)
+{
+    for (uint32_t j = 0; j < s->freedoms; j++)
+        x[j] -= y[j];
+}
+
+/* rnea of v for accelerations leaves velocities in s->a and the momenta of subtrees in s->f. With
+ * the motion subspace H, constant in its body, p = H^T f has the rate (v x H)^T f + H^T df/dt, and
+ * df/dt is what acts on the subtree: tau - damping - friction, weight and wrenches. */
+void TFA_V(generalised_momentum)(struct state *s, num *p, num *rate)
+{
+    num *term = s->qdd_unrefined;
+    for (uint32_t j = 0; j < s->freedoms; j++)
+        s->dx[j] = velocity_of(s, j);
+    TFA_V(rnea)(s, s->dx, p, 0);
+    for (uint32_t i = 0; i < s->bodies; i++) {
+        const struct tfa_body *b = &s->body[i];
+        num h[6];
+        joint_force(s, b, cross_force(s->a[i], s->f[i]), h);
+        for (uint32_t k = 0; k < b->n; k++)
+            rate[b->v + k] = -h[k];
+    }
+    TFA_V(gravity_force)(s, term);
+    subtract(s, rate, term);
+    TFA_V(damping_force)(s, term);
+    subtract(s, rate, term);
+    TFA_V(friction_force)(s, term);
+    subtract(s, rate, term);
+    TFA_V(external_force)(s, term);
+    subtract(s, rate, term);
 }

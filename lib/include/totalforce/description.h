@@ -89,7 +89,9 @@ typedef struct tfa_joint {
                             square of drake:gear_ratio), kg m^2 or kg; added to armature with
                             tfa_model_options.rotor_inertia only */
     double damping;      /**< N m s/rad or N s/m; used with tfa_model_options.damping only */
-    double friction;     /**< N m or N; never used: a note says so */
+    double friction;     /**< N m or N; used with tfa_model_options.friction only */
+    double reduction;    /**< of its transmission, turns of the rotor per turn of the joint; 0: none
+                            in the file, which counts as 1 (tfa_rotor) */
     int32_t mimic;       /**< index of the joint it follows; -1: none; TFA_MIMIC_UNKNOWN */
     double multiplier;   /**< q = multiplier * q[mimic] + offset */
     double offset;       /**< rad or m */

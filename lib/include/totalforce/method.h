@@ -53,8 +53,10 @@ typedef enum tfa_op {
                              velocities of the constraints before and after, rank */
     TFA_OP_CONSTRAINED_INVERSE_DYNAMICS = 12, /**< q, v, qdd, constraints -> tau, base_wrench,
                                                    constraint_wrenches, constraint_residual, rank */
+    TFA_OP_REGRESSOR =
+        13, /**< q, v, qdd, tips -> regressor of the links in tips, joint_regressor */
 } tfa_op;
-#define TFA_OP_LAST TFA_OP_CONSTRAINED_INVERSE_DYNAMICS /**< largest tfa_op */
+#define TFA_OP_LAST TFA_OP_REGRESSOR /**< largest tfa_op */
 /** Their words: X(value, word) */
 #define TFA_OP_WORDS(X)                                                                            \
     X(TFA_OP_FORWARD_DYNAMICS, "forward_dynamics")                                                 \
@@ -68,7 +70,8 @@ typedef enum tfa_op {
     X(TFA_OP_INVERSE_DYNAMICS_DERIVATIVES, "inverse_dynamics_derivatives")                         \
     X(TFA_OP_CONSTRAINED_DYNAMICS, "constrained_dynamics")                                         \
     X(TFA_OP_IMPACT, "impact")                                                                     \
-    X(TFA_OP_CONSTRAINED_INVERSE_DYNAMICS, "constrained_inverse_dynamics")
+    X(TFA_OP_CONSTRAINED_INVERSE_DYNAMICS, "constrained_inverse_dynamics")                         \
+    X(TFA_OP_REGRESSOR, "regressor")
 
 /** Sets of ops: one bit for each. */
 #define TFA_OP_BIT(op) (1u << (op))
@@ -82,6 +85,7 @@ typedef enum tfa_op {
 #define TFA_OPS_CONSTRAINED_FD TFA_OP_BIT(TFA_OP_CONSTRAINED_DYNAMICS)         /**< one op */
 #define TFA_OPS_IMPACT TFA_OP_BIT(TFA_OP_IMPACT)                               /**< one op */
 #define TFA_OPS_CONSTRAINED_ID TFA_OP_BIT(TFA_OP_CONSTRAINED_INVERSE_DYNAMICS) /**< one op */
+#define TFA_OPS_REGRESSOR TFA_OP_BIT(TFA_OP_REGRESSOR)                         /**< one op */
 /** Ops with constraints */
 #define TFA_OPS_CONSTRAINED (TFA_OPS_CONSTRAINED_FD | TFA_OPS_IMPACT | TFA_OPS_CONSTRAINED_ID)
 /** Those of them that solve M x = b */
@@ -89,7 +93,7 @@ typedef enum tfa_op {
 /** Passes of the recursive Newton-Euler algorithm, and its derivatives */
 #define TFA_OPS_RNEA                                                                               \
     (TFA_OPS_ID | TFA_OP_BIT(TFA_OP_KINEMATICS) | TFA_OP_BIT(TFA_OP_BIAS) |                        \
-     TFA_OPS_ID_DERIVATIVES | TFA_OPS_CONSTRAINED_ID)
+     TFA_OPS_ID_DERIVATIVES | TFA_OPS_CONSTRAINED_ID | TFA_OPS_REGRESSOR)
 #define TFA_OPS_SOLVE (TFA_OPS_FD | TFA_OPS_OSIM | TFA_OPS_TASK) /**< solutions of M x = b */
 #define TFA_OPS_ALL                                                                                \
     (TFA_OPS_SOLVE | TFA_OPS_RNEA | TFA_OPS_M | TFA_OPS_DERIVATIVES |                              \
@@ -124,7 +128,7 @@ typedef enum tfa_refusal {
     X(AUTO, 0, "auto", TFA_OPS_ALL, AUTO, "O(N)", TFA_REFUSES_NOTHING,                             \
       "chosen by the model and the request")                                                       \
     X(RNEA, 1, "rnea", TFA_OPS_RNEA, RNEA, "O(N)", TFA_REFUSES_NOTHING,                            \
-      "recursive Newton-Euler: inverse dynamics, its derivatives, bias forces, kinematics")        \
+      "recursive Newton-Euler: inverse dynamics, derivatives, regressor, bias, kinematics")        \
     X(CRBA, 2, "crba",                                                                             \
       TFA_OPS_SOLVE | TFA_OPS_M | TFA_OPS_DERIVATIVES | TFA_OPS_CONSTRAINED_SOLVE, CRBA,           \
       "O(N d^2)", TFA_REFUSES_LOCKED | TFA_REFUSES_SIZE | TFA_REFUSES_MODES,                       \

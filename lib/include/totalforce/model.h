@@ -76,6 +76,14 @@ typedef struct tfa_payload {
     double inertia[6]; /**< ixx ixy ixz iyy iyz izz about its centre of mass, kg m^2, link axes */
 } tfa_payload;
 
+/** A motor's rotor: its inertia times the square of the joint's `reduction` is added to the
+ *  armature of the joint. */
+typedef struct tfa_rotor {
+    const char *joint; /**< name in the file */
+    double inertia;    /**< about the rotor's axis, kg m^2 (prismatic joints: reduction in rad/m),
+                            not negative */
+} tfa_rotor;
+
 #define TFA_MAX_LINK_MODES 12 /**< modes of one link */
 
 /** How the modes of a flexible link move one of its child joints: for each mode, per unit of its
@@ -135,9 +143,12 @@ typedef struct tfa_scene {
     const char *const *actuated;       /**< joints with a motor (constrained_inverse_dynamics);
                                             a mimic's follower stands for its leader */
     size_t actuated_count;             /**< of actuated; 0: all joints have one */
+    const tfa_rotor *rotors;           /**< of joints, each once */
+    size_t rotor_count;                /**< of rotors */
 } tfa_scene;
 
 #define TFA_SNAP_MAX 0.01 /**< largest tfa_model_options.snap, rad */
+#define TFA_FRICTION_VELOCITY 0.01 /**< default of friction_velocity, rad/s or m/s */
 
 /** Zero-initialise for the defaults. */
 typedef struct tfa_model_options {
@@ -146,6 +157,11 @@ typedef struct tfa_model_options {
     uint32_t rotor_inertia; /**< 1: adds each joint's `rotor` to its armature; 0: a note says that
                                  the file has some */
     uint32_t damping;       /**< 1: subtracts damping times velocity from tau; 0: not used */
+    uint32_t friction;      /**< 1: subtracts friction times v / sqrt(v^2 + friction_velocity^2), a
+                                 smooth sign of v, from tau; 0: not used, a note says so */
+    double friction_velocity; /**< rad/s or m/s, above 0, where that sign is 0.7; below it friction
+                                 is viscous, friction / friction_velocity v; 0:
+                                 TFA_FRICTION_VELOCITY */
     uint32_t lock_massless_leaves; /**< 1: joints that move nothing with mass become fixed at 0;
                                         0: they are an error */
     tfa_inertia_policy inertia;    /**< for inertias that no body can have */
@@ -166,6 +182,8 @@ typedef struct tfa_joint_info {
     uint32_t v_count;    /**< number of them */
     uint32_t body;       /**< index of the body that it moves */
     double armature;     /**< reflected rotor inertia in use, kg m^2 or kg */
+    double damping;      /**< in use, N m s/rad or N s/m */
+    double friction;     /**< in use, N m or N */
     uint32_t actuated;   /**< 1: it has a motor (tfa_scene.actuated) */
 } tfa_joint_info;
 
@@ -378,6 +396,13 @@ TFA_API uint32_t tfa_model_declared_count(const tfa_model *model);
 TFA_API tfa_declared_joint tfa_model_declared(const tfa_model *model, uint32_t index);
 /** Body `body`; all zero if it does not exist. */
 TFA_API tfa_body_info tfa_model_body(const tfa_model *model, uint32_t body);
+/**
+ * Inertial parameters p of a body in the frame of one of its links, as the columns of a regressor
+ * expect them: mass m (kg), m c (kg m, three), inertia ixx ixy ixz iyy iyz izz about the origin of
+ * that frame (kg m^2), axes of the link. Payloads of the scene count; rotors do not. Zero for links
+ * that are fixed to the world, do not exist, or lie inside a fused body and carry no mass.
+ */
+TFA_API void tfa_model_parameters(const tfa_model *model, uint32_t frame, double parameters[10]);
 /** tfa_body_info.name of a body; "" if it does not exist. */
 TFA_API const char *tfa_model_body_name(const tfa_model *model, uint32_t body);
 /** Frame of the link that names a body, as in TFA_FIELD_BODY; 0 if the body does not exist. */

@@ -22,6 +22,8 @@ extern "C" {
 #define TFA_MAX_WRENCHES 8 /**< external wrenches of one request */
 #define TFA_MAX_PAYLOADS 4 /**< payloads of one request */
 #define TFA_PAYLOAD_NUMBERS 10 /**< mass, centre of mass (3), inertia (6) as in tfa_payload */
+#define TFA_LINK_PARAMETERS 10 /**< of a link in a regressor (tfa_model_parameters) */
+#define TFA_JOINT_PARAMETERS 3 /**< of a freedom in joint_regressor */
 
 /**
  * Policy for error estimates. The estimate of an answer x is |dx| / |x| with the larger of two more
@@ -147,7 +149,9 @@ typedef enum tfa_residual {
 #define TFA_WANT_P 0x800u                /**< p and what lambda answers; reads gravity */
 #define TFA_WANT_JOINT_FORCES 0x1000u    /**< joint_forces, with forward and inverse dynamics */
 #define TFA_WANT_DELASSUS 0x2000u        /**< delassus, with constrained_dynamics and impact */
-#define TFA_WANT_ALL 0x3fffu             /**< every flag */
+#define TFA_WANT_GENERALISED_MOMENTUM                                                              \
+    0x4000u                  /**< generalised_momentum, momentum_rate; reads v, gravity, wrenches */
+#define TFA_WANT_ALL 0x7fffu /**< every flag */
 
 /**
  * One request. Zero-initialise, then set the inputs of the op. An array holds `count` states one
@@ -348,7 +352,9 @@ TFA_API const char *tfa_base_field_name(const char *joint_field);
  *
  *     tip: twist = J v,   acceleration = J qdd + bias_acceleration
  *     Lambda (J qdd + bias_acceleration) + mu + p = F   for   tau = J^T F
- *     tau_inverse = M qdd + gravity + velocity + damping + external
+ *     tau_inverse = M qdd + gravity + velocity + damping + friction + external
+ *                 = regressor p + armature + damping + friction + external
+ *     d(generalised_momentum)/dt = tau + momentum_rate
  *
  * (Khatib 1987; Featherstone 2008, 8.4.) Accelerations of tips are time derivatives of the
  * components of their twists in `frame`: with LOCAL_WORLD_ALIGNED that of the point and of the
@@ -394,7 +400,7 @@ typedef struct tfa_reply {
                                     their metric. What no motion of the tips can follow is one
                                     direction with the singular value 0 */
     double *mu;                /**< count x rm, N and N m: Lambda (J M^-1 (velocity + damping +
-                                    external) - bias_acceleration) */
+                                    friction + external) - bias_acceleration) */
     double *p;                 /**< count x rm, N and N m: Lambda J M^-1 gravity */
     double *gravity_force;     /**< count x n, N m and N (bias): holds the robot against gravity */
     double *velocity_force;    /**< count x n: Coriolis and centrifugal forces */
@@ -442,6 +448,19 @@ typedef struct tfa_reply {
                                     the held rows, 0 in the others */
     double *v;                   /**< count x v_count, rad/s or m/s: after the impact */
     double *base_twist;          /**< count x 6, m/s and rad/s: after the impact */
+    double *friction_force;      /**< count x n (bias): friction times v / sqrt(v^2 + s^2) with the
+                                    model's friction_velocity s */
+    double *regressor;           /**< count x n x 10 m: Y, ten columns for each link in tips, in its
+                                    frame, so that the sum of Y p over all bodies, each by one
+                                    link, is M qdd + gravity + velocity without armature; p as
+                                    tfa_model_parameters writes it (regressor) */
+    double *joint_regressor;     /**< count x v_count x 3: of each freedom what its armature,
+                                    damping and friction are multiplied by, qdd, v and
+                                    v / sqrt(v^2 + s^2) (regressor) */
+    double *generalised_momentum; /**< count x n, kg m^2/s and kg m/s: M v, with armature */
+    double *momentum_rate;     /**< count x n, N m and N: dM/dt v - velocity - gravity - damping -
+                                    friction - external, which with tau is the rate of
+                                    generalised_momentum where nothing else acts */
     tfa_answer *answers;       /**< count */
 } tfa_reply;
 

@@ -17,6 +17,7 @@
 #include <totalforce/limits.h>
 #include <totalforce/model.h>
 #include <totalforce/modes.h>
+#include <totalforce/observer.h>
 #include <totalforce/report.h>
 #include <totalforce/specialised.h>
 #include <totalforce/statistics.h>

@@ -66,6 +66,9 @@ static void bind(struct layout *l, const struct draft *d)
     TFA_MODEL_ARRAYS(BIND)
 #undef BIND
     m->damping = d->options->damping ? l->damping : NULL;
+    m->friction = d->options->friction ? l->friction : NULL;
+    m->friction_velocity =
+        d->options->friction_velocity > 0 ? d->options->friction_velocity : TFA_FRICTION_VELOCITY;
     m->bodies = d->bodies;
     m->frames = d->frames;
     m->joints = d->joints;

@@ -31,6 +31,7 @@
     X(struct tfa_mimic, mimic, followers)                                                          \
     X(double, armature, freedoms)                                                                  \
     X(double, damping, freedoms)                                                                   \
+    X(double, friction, freedoms)                                                                  \
     X(int32_t, dof_parent, freedoms)                                                               \
     X(uint32_t, dof_depth, freedoms)                                                               \
     X(size_t, dof_row, freedoms)

@@ -62,6 +62,7 @@ void tfa_emit_maps(struct layout *l, const struct draft *d)
             const uint32_t j = joint_of(d, i, k);
             l->armature[b->v + k] = draft_armature(d, j);
             l->damping[b->v + k] = d->options->damping ? joints[j].damping : 0;
+            l->friction[b->v + k] = d->options->friction ? joints[j].friction : 0;
             if (is_fused(b->kind) || b->n == 1)
                 map_joint_1dof(l, d, &d->joint[j], b->q + k, b->v + k - m->base_freedoms);
             else if (k == 0)
@@ -137,6 +138,8 @@ static void emit_joint(struct layout *l, const struct draft *d, uint32_t j, cons
         .v_count = tfa_joint_type_describe(type).freedoms,
         .body = (uint32_t)joint->body,
         .armature = draft_armature(d, j),
+        .damping = d->options->damping ? d->description->joints[j].damping : 0,
+        .friction = d->options->friction ? d->description->joints[j].friction : 0,
         .actuated = !scene || !scene->actuated_count || joint->actuated,
     };
 }

@@ -34,7 +34,7 @@ static const char *const op_names[TFA_OP_LAST + 1] = {
 };
 
 /* Each flag alone, none, and all that any op takes */
-#define FLAGS 14
+#define FLAGS 15
 #define FLAG_SETS (FLAGS + 2)
 _Static_assert(TFA_WANT_ALL == (1u << FLAGS) - 1, "one bit each");
 static uint32_t flag_set(int f)

@@ -33,10 +33,10 @@ TEST(test_order)
     hand_joint(&h, "first", TFA_JOINT_CONTINUOUS, 2, 1);
     tfa_model *m = hand_model(&h, NULL);
     static const tfa_joint_info expected[] = {
-        {"first", TFA_JOINT_CONTINUOUS, 0, 1, 0, 1, 0, 0, 1},
-        {"second", TFA_JOINT_PLANAR, 1, 3, 1, 3, 1, 0, 1},
-        {"third", TFA_JOINT_FLOATING, 4, 7, 4, 6, 2, 0, 1},
-        {"fourth", TFA_JOINT_PRISMATIC, 11, 1, 10, 1, 3, 0, 1},
+        {"first", TFA_JOINT_CONTINUOUS, 0, 1, 0, 1, 0, 0, 0, 0, 1},
+        {"second", TFA_JOINT_PLANAR, 1, 3, 1, 3, 1, 0, 0, 0, 1},
+        {"third", TFA_JOINT_FLOATING, 4, 7, 4, 6, 2, 0, 0, 0, 1},
+        {"fourth", TFA_JOINT_PRISMATIC, 11, 1, 10, 1, 3, 0, 0, 0, 1},
     };
     static const int32_t parents[] = {-1, 0, 1, -1};
     static const int32_t bodies[] = {3, 0, -1, 1, 2, -1}; /* of the links, in their own order */

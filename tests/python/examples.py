@@ -13,6 +13,8 @@ EXAMPLES = support.SOURCE / "docs" / "examples" / "python"
 RESULTS = {
     "forward_dynamics_batch.py": (r"largest difference from inverse dynamics: ([\d.e+-]+)", 1e-9),
     "operational_space_control.py": (r"error after 3 s: ([\d.e+-]+) mm", 0.1),
+    "collision_detection.py": (r"worst of detection and errors: ([\d.e+-]+)", 0.03),
+    "identification.py": (r"largest error without noise: ([\d.e+-]+)", 1e-9),
     "leg_with_rods.py": (r"worst of closure, rest and residual: ([\d.e+-]+)", 1e-9),
     "quadruped_shifts_weight.py": (r"worst of weight, .* acceleration: ([\d.e+-]+)", 1e-9),
     "standing_and_reaching.py": (r"worst of soles, base wrench and task: ([\d.e+-]+)", 1e-9),

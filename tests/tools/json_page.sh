@@ -64,7 +64,7 @@ done
 # and every op, word and key has its place on the page
 for word in forward_dynamics inverse_dynamics operational_inertia mass_matrix kinematics bias \
     task_torques derivatives inverse_dynamics_derivatives constrained_dynamics impact \
-    constrained_inverse_dynamics; do
+    constrained_inverse_dynamics regressor; do
     grep -q "^### \`$word\`" "$source/docs/json.md" || fail "no op $word on the page"
 done
 keys=$(sed -n 's/^    {"\([a-z_]*\)", .*/\1/p' "$source/tools/jsonl/jsonl_read.c"

@@ -140,7 +140,7 @@ TEST(test_refused_by_an_arm)
     static const char ops[] =
         "there are forward_dynamics, inverse_dynamics, operational_inertia, "
         "mass_matrix, kinematics, bias, task_torques, derivatives, inverse_dynamics_derivatives, "
-        "constrained_dynamics, impact, constrained_inverse_dynamics";
+        "constrained_dynamics, impact, constrained_inverse_dynamics, regressor";
     char text[512];
     for (size_t i = 0; i < sizeof refused_by_an_arm / sizeof refused_by_an_arm[0]; i++)
         refuse(&arm, refused_by_an_arm[i].line, refused_by_an_arm[i].status,

@@ -16,7 +16,8 @@
 #define TOOL "\"tips\":[\"tool\"]"
 #define SIX "[1,2,3,4,5,6]"
 #define WORDS                                                                                      \
-    "there are jacobian, bias_acceleration, twist, pose, poses, com, momentum, energy, lambda, "   \
+    "there are jacobian, bias_acceleration, twist, pose, poses, com, momentum, energy, "           \
+    "generalised_momentum, lambda, "                                                               \
     "mu, p, spectrum, joint_forces, delassus"
 
 static const struct {

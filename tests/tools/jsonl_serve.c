@@ -135,7 +135,7 @@ TEST(test_bad_lines_in_between)
           "{\"id\":9,\"status\":\"error\",\"error\":\"op: missing; there are "
           "forward_dynamics, inverse_dynamics, operational_inertia, mass_matrix, kinematics, bias, "
           "task_torques, derivatives, inverse_dynamics_derivatives, constrained_dynamics, impact, "
-          "constrained_inverse_dynamics\",\"code\":\"E_ARGUMENT\"}\n"
+          "constrained_inverse_dynamics, regressor\",\"code\":\"E_ARGUMENT\"}\n"
           "{\"id\":3," TOLD,
           4);
 }

@@ -32,8 +32,8 @@ extern const struct argp jsonl_argp;
     "  operational_inertia  tips -> lambda_inv, rank, eig_min, eig_max\n"                          \
     "  mass_matrix          -> M\n"                                                                \
     "  kinematics           v, want -> what is wanted\n"                                           \
-    "  bias                 v, wrench, qdd -> gravity, velocity, damping, external,\n"             \
-    "                       armature\n"                                                            \
+    "  bias                 v, wrench, qdd -> gravity, velocity, damping, friction,\n"             \
+    "                       external, armature\n"                                                  \
     "  task_torques         v, acceleration ({tip: [6 or 3]}), posture_torques,\n"                 \
     "                       wrench, rank_loss (damp, truncate, refuse),\n"                         \
     "                       rank_threshold, characteristic_length -> tau,\n"                       \
@@ -42,11 +42,18 @@ extern const struct argp jsonl_argp;
     "  derivatives          v, tau, wrench -> dqdd_dq, dqdd_dv, dqdd_dtau\n"                       \
     "  inverse_dynamics_derivatives\n"                                                             \
     "                       v, qdd, wrench -> dtau_dq, dtau_dv\n"                                  \
+    "  constrained_dynamics v, tau, wrench, constraints -> qdd, constraint_wrenches\n"             \
+    "  impact               v, constraints -> v, constraint_wrenches\n"                            \
+    "  constrained_inverse_dynamics\n"                                                             \
+    "                       v, qdd, wrench, constraints, torque_weights -> tau,\n"                 \
+    "                       constraint_wrenches\n"                                                 \
+    "  regressor            v, qdd, tips -> regressor, joint_regressor\n"                          \
     "q, v, tau, qdd are arrays in joint order (`totalforce model --json` prints it) or objects "   \
     "{joint: value}. A floating base has base_pose, base_twist, base_wrench, base_acceleration. "  \
     "Flexible links have modes, mode_velocities. "                                                 \
     "Every op also answers \"want\":[...]: jacobian, bias_acceleration, twist and pose of tips, "  \
-    "poses (of all links), com, momentum, energy; with lambda_inv spectrum, lambda, mu, p. "       \
+    "poses (of all links), com, momentum, energy, generalised_momentum; with lambda_inv "          \
+    "spectrum, lambda, mu, p. "                                                                    \
     "Optional: tips (1 to 32 links), rows (pose, point), frame (world, local, "                    \
     "local_world_aligned), method, refine, estimate, gravity, payload ({link, mass, com, "         \
     "inertia} or a list of such), locked ([joint,...]: they do not move), poses (true: those of "  \

@@ -90,22 +90,35 @@ static void subtract(const struct state *s, num *x, const num *y)
         x[j] -= y[j];
 }
 
-/* rnea of v for accelerations leaves velocities in s->a and the momenta of subtrees in s->f. With
- * the motion subspace H, constant in its body, p = H^T f has the rate (v x H)^T f + H^T df/dt, and
- * df/dt is what acts on the subtree: tau - damping - friction, weight and wrenches. */
+/* - H^T (v x* f) = (v x H)^T f of joint i: H is constant in its body, but each axis of fused joints
+ * in the part that it moves, without the velocities of the axes behind. */
+static void turning_force(const struct state *s, uint32_t i, num *out)
+{
+    const struct tfa_body *b = &s->body[i];
+    svec v = s->a[i];
+    num h[6];
+    joint_force(s, b, cross_force(v, s->f[i]), h);
+    for (uint32_t k = b->n; k-- > 0;) {
+        out[k] = -h[k];
+        if (!is_fused(b->kind))
+            continue;
+        const svec H = joint_nd_axis(&s->joint_nd[b->joint_nd], k);
+        out[k] = -sv_dot(H, cross_force(v, s->f[i]));
+        v = sv_sub(v, sv_scale(H, s->dx[b->v + k]));
+    }
+}
+
+/* rnea of v for accelerations leaves velocities in s->a and the momenta of subtrees in s->f. p =
+ * H^T f has the rate (v x H)^T f + H^T df/dt, and df/dt is what acts on the subtree: tau - damping -
+ * friction, weight and wrenches. */
 void TFA_V(generalised_momentum)(struct state *s, num *p, num *rate)
 {
     num *term = s->qdd_unrefined;
     for (uint32_t j = 0; j < s->freedoms; j++)
         s->dx[j] = velocity_of(s, j);
     TFA_V(rnea)(s, s->dx, p, 0);
-    for (uint32_t i = 0; i < s->bodies; i++) {
-        const struct tfa_body *b = &s->body[i];
-        num h[6];
-        joint_force(s, b, cross_force(s->a[i], s->f[i]), h);
-        for (uint32_t k = 0; k < b->n; k++)
-            rate[b->v + k] = -h[k];
-    }
+    for (uint32_t i = 0; i < s->bodies; i++)
+        turning_force(s, i, rate + s->body[i].v);
     TFA_V(gravity_force)(s, term);
     subtract(s, rate, term);
     TFA_V(damping_force)(s, term);

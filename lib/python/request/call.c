@@ -54,6 +54,7 @@ static int position(tfa_op op, Py_ssize_t place)
         [TFA_OP_CONSTRAINED_DYNAMICS] = TAU,
         [TFA_OP_IMPACT] = NONE,
         [TFA_OP_CONSTRAINED_INVERSE_DYNAMICS] = QDD,
+        [TFA_OP_REGRESSOR] = QDD,
     };
     if (place == 0)
         return Q;

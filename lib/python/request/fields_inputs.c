@@ -25,10 +25,10 @@ const op_row op_rows[OP_COUNT] = {
      "    lambda_inv = J M^-1 J^T"},
     {TFA_OP_MASS_MATRIX, "q", "Mass matrix M(q) of all freedoms, those of a floating base first."},
     {TFA_OP_KINEMATICS, "q, v=None",
-     "Answers of `want` alone: poses, twists, Jacobians, centre of mass, momentum, energy."},
+     "Answers of `want` alone: poses, twists, Jacobians, centre of mass, momenta, energy."},
     {TFA_OP_BIAS, "q, v=None",
      "Terms of the equation of motion, the base first.\n\n"
-     "    tau = M qdd + gravity + velocity + damping + external"},
+     "    tau = M qdd + gravity + velocity + damping + friction + external"},
     {TFA_OP_TASK_TORQUES, "q, v=None, acceleration=None",
      "Joint forces that give the tips the accelerations asked for; posture torques act where\n"
      "the tips do not feel them.\n\n"
@@ -50,6 +50,11 @@ const op_row op_rows[OP_COUNT] = {
      "Joint forces of given joint accelerations under the active constraints: those of the\n"
      "smallest weighted square in the joints with a motor.\n\n"
      "    tau + J_c^T F = M(q) qdd + h(q, v) - sum J^T wrench,  min tau^T W tau"},
+    {TFA_OP_REGRESSOR, "q, v=None, qdd=None",
+     "Y of the links in tips: joint forces are linear in the inertial parameters p of each\n"
+     "(Model.parameters), and in armature, damping and friction of each joint.\n\n"
+     "    inverse dynamics = sum of Y p over all bodies + armature + damping + friction + "
+     "external"},
 };
 
 /* Ops and flags of a key */

@@ -76,7 +76,8 @@ const char *extent_name(int extent, char *text, size_t size)
                                         "6",
                                         "2 + rows",
                                         [-EXTENT_MODES] = "n_modes",
-                                        [-EXTENT_CONSTRAINTS] = "6 c"};
+                                        [-EXTENT_CONSTRAINTS] = "6 c",
+                                        [-EXTENT_PARAMETERS] = "10 tips"};
     if (extent <= 0)
         return names[-extent];
     snprintf(text, size, "%d", extent);

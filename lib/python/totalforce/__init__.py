@@ -11,11 +11,12 @@ Model       a robot of a URDF file, compiled once; constant, shared by all threa
 Workspace   answers requests in this process, one thread at a time
 Pool        answers requests on several cores
 Client      answers requests of a robot that a daemon serves, over shared memory
+Observer    external joint torques from q, v and tau of one of them
 Statistics  counters, clients and histograms of a running daemon
 
 Workspace, Pool and Client have the same methods, one for each op: forward_dynamics,
 inverse_dynamics, operational_inertia, mass_matrix, kinematics, bias, task_torques, derivatives,
-inverse_dynamics_derivatives, constrained_dynamics, impact, constrained_inverse_dynamics.
+inverse_dynamics_derivatives, constrained_dynamics, impact, constrained_inverse_dynamics, regressor.
 Each takes numpy arrays of one state, (n,), or of a batch, (count, n), and returns a Reply, whose
 attributes are arrays. All give the same bits as the library in C.
 
@@ -89,6 +90,7 @@ from .errors import (
     TimedOutError,
     UnsupportedError,
 )
+from .observer import Observer
 
 
 def joint_limits(
@@ -140,6 +142,7 @@ __all__ = [
     "Model",
     "NotComputedError",
     "OPS",
+    "Observer",
     "OutOfMemoryError",
     "Pool",
     "Posture",

@@ -291,6 +291,16 @@ static PyObject *model_advise(PyObject *self, PyObject *const *arguments, Py_ssi
                         &tolerance);
 }
 
+static PyObject *model_parameters(PyObject *self, PyObject *link)
+{
+    uint32_t frame;
+    if (robot_find_link(&((model_object *)self)->robot, "link", link, &frame))
+        return NULL;
+    double p[TFA_LINK_PARAMETERS];
+    tfa_model_parameters(c_model(self), frame, p);
+    return array_of(p, TFA_LINK_PARAMETERS);
+}
+
 PyMethodDef model_methods[] = {
     {"check", (PyCFunction)(void (*)(void))model_check, METH_FASTCALL | METH_KEYWORDS,
      "check($self, op, /, *args, **fields)\n--\n\n"
@@ -301,4 +311,9 @@ PyMethodDef model_methods[] = {
      "The error is relative, in the energy norm |x - y|_M / |x|_M. `args` and `fields` are those\n"
      "of forward_dynamics, for a batch of states. Returns Advice. Cost: 6 solves for each joint\n"
      "and state."},
+    {"parameters", model_parameters, METH_O,
+     "parameters($self, link, /)\n--\n\n"
+     "Inertial parameters of the body that carries a link, in its frame, as regressor multiplies\n"
+     "them: mass, mass times centre (3), inertia about the link's origin (ixx ixy ixz iyy iyz "
+     "izz)."},
     {0}};

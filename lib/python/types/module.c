@@ -195,7 +195,7 @@ PyMODINIT_FUNC PyInit__totalforce(void)
         PyModule_AddObjectRef(module, "Reply", (PyObject *)&reply_type) < 0 || model_init(module) ||
         specialised_init(module) || workspace_init(module) || pool_init(module) ||
         client_init(module) || sweep_init(module) || snapshots_init(module) ||
-        add_constants(module)) {
+        observer_init(module) || add_constants(module)) {
         Py_DECREF(module);
         return NULL;
     }

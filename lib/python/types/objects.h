@@ -49,6 +49,7 @@ int client_init(PyObject *module);
 int specialised_init(PyObject *module);
 int sweep_init(PyObject *module);
 int snapshots_init(PyObject *module);
+int observer_init(PyObject *module);
 
 /** model_options.c: options of a model, with the memory that they point to */
 typedef struct model_options model_options;

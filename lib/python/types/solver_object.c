@@ -125,6 +125,7 @@ OP_FUNCTION(inverse_dynamics_derivatives, TFA_OP_INVERSE_DYNAMICS_DERIVATIVES)
 OP_FUNCTION(constrained_dynamics, TFA_OP_CONSTRAINED_DYNAMICS)
 OP_FUNCTION(impact, TFA_OP_IMPACT)
 OP_FUNCTION(constrained_inverse_dynamics, TFA_OP_CONSTRAINED_INVERSE_DYNAMICS)
+OP_FUNCTION(regressor, TFA_OP_REGRESSOR)
 
 static PyObject *compute_op(PyObject *self, PyObject *const *arguments, Py_ssize_t count,
                             PyObject *keywords)
@@ -186,7 +187,8 @@ static PyObject *time_op(PyObject *self, PyObject *const *arguments, Py_ssize_t 
             METHOD("inverse_dynamics_derivatives", inverse_dynamics_derivatives),                  \
             METHOD("constrained_dynamics", constrained_dynamics), METHOD("impact", impact),        \
             METHOD("constrained_inverse_dynamics", constrained_inverse_dynamics),                  \
-            METHOD("compute", compute_op), METHOD("_time", time_op),                               \
+            METHOD("regressor", regressor), METHOD("compute", compute_op),                         \
+            METHOD("_time", time_op),                                                              \
     }
 
 PyMethodDef solver_methods[SOLVER_METHOD_COUNT] = METHODS;

@@ -305,7 +305,9 @@ tfa_request op_state(const op_case *c, uint32_t k)
     X(twists, a->tips * 6) X(jacobian, m * n) X(bias_acceleration, m) X(com, 3) X(com_velocity, 3) \
     X(com_jacobian, 3 * n) X(mass, 1) X(momentum, 6) X(energy, 2) X(lambda, m * m) X(mu, m) \
     X(p, m) X(lost, TFA_LOST_MAX * (2 + m)) X(gravity_force, n) X(velocity_force, n) \
-    X(damping_force, n) X(external_force, n) X(armature_force, n) X(joint_forces, a->frames * 6)
+    X(damping_force, n) X(external_force, n) X(armature_force, n) X(joint_forces, a->frames * 6) \
+    X(friction_force, n) X(generalised_momentum, n) X(momentum_rate, n) \
+    X(regressor, n * 10 * a->tips) X(joint_regressor, a->nv * 3)
 /* clang-format on */
 
 /* Lays out the arrays from `at` on; returns how many numbers they are. */
@@ -383,7 +385,7 @@ void op_compute(const op_case *c, tfa_workspace *w, const tfa_request *r, op_ans
 const tfa_op op_ops[OP_OPS] = {TFA_OP_KINEMATICS,          TFA_OP_FORWARD_DYNAMICS,
                                TFA_OP_INVERSE_DYNAMICS,    TFA_OP_MASS_MATRIX,
                                TFA_OP_OPERATIONAL_INERTIA, TFA_OP_BIAS,
-                               TFA_OP_TASK_TORQUES};
+                               TFA_OP_TASK_TORQUES,        TFA_OP_REGRESSOR};
 
 bool op_has_lambda(tfa_op op)
 {

@@ -95,7 +95,8 @@ typedef struct op_answers {
     double *frame_poses, *twists, *jacobian, *bias_acceleration, *com, *com_velocity, *com_jacobian;
     double *mass, *momentum, *energy, *lambda, *lost, *mu, *p;
     double *gravity_force, *velocity_force, *damping_force, *external_force, *armature_force;
-    double *joint_forces;
+    double *joint_forces, *friction_force, *generalised_momentum, *momentum_rate;
+    double *regressor, *joint_regressor;
     tfa_rank *rank;
     tfa_spectrum *spectrum;
     tfa_answer *answers;
@@ -113,13 +114,14 @@ void op_answers_free(op_answers *a);
 void op_compute(const op_case *c, tfa_workspace *w, const tfa_request *r, op_answers *a);
 
 /** The ops that answer kinematics, and whether an op answers lambda_inv */
-#define OP_OPS 7
+#define OP_OPS 8
 extern const tfa_op op_ops[OP_OPS];
 bool op_has_lambda(tfa_op op);
 /** Flags that any op answers */
 #define OP_KINEMATICS                                                                              \
     (TFA_WANT_POSES | TFA_WANT_FRAME_POSES | TFA_WANT_TWISTS | TFA_WANT_JACOBIAN |                 \
-     TFA_WANT_BIAS_ACCELERATION | TFA_WANT_COM | TFA_WANT_MOMENTUM | TFA_WANT_ENERGY)
+     TFA_WANT_BIAS_ACCELERATION | TFA_WANT_COM | TFA_WANT_MOMENTUM | TFA_WANT_ENERGY |             \
+     TFA_WANT_GENERALISED_MOMENTUM)
 /** All that the op answers */
 uint32_t op_flags(tfa_op op);
 

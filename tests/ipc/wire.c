@@ -259,7 +259,7 @@ static uint64_t slot_number(uint32_t block, size_t k)
  * that is not there is passed over. */
 TEST(every_answer_arrives)
 {
-    enum { WORDS = WIRE_BATCH * 18 * 18 };
+    enum { WORDS = WIRE_BATCH * 18 * TFA_LINK_PARAMETERS * TFA_DEFAULT_TIPS };
     static uint64_t got[TFA_WIRE_REPLY_BLOCKS][WORDS];
     for (uint32_t k = 0; k < 2 * (TFA_OP_LAST + 1); k++) {
         const tfa_request r = {.op = (tfa_op)(k / 2),

@@ -41,7 +41,8 @@ static const struct {
     {"{" KIN "," Q "," TOOL "}", TFA_E_ARGUMENT,
      "tips: kinematics does not use it unless want has jacobian, bias_acceleration, twist or pose"},
     {"{" OI "," Q "," TOOL ",\"want\":[\"lambda\"],\"wrench\":{}}", TFA_E_ARGUMENT,
-     "wrench: operational_inertia does not use it unless want has mu"},
+     "wrench: operational_inertia does not use it unless want has "
+     "generalised_momentum or mu"},
     {"{" KIN "," Q ",\"want\":[\"pose\"]," TOOL ",\"poses\":true}", TFA_E_ARGUMENT,
      "poses: kinematics does not use it"},
     {"{" FD "," Q ",\"want\":[\"poses\"]," TOOL ",\"poses\":true}", TFA_E_ARGUMENT,
@@ -100,8 +101,8 @@ TEST(test_wanted)
     static const char line[] =
         "{" FD "," Q ",\"tips\":[\"tool\",\"lower\"],\"rows\":\"point\",\"rank_loss\":\"damp\","
         "\"rank_threshold\":1e-3,\"want\":[\"jacobian\",\"bias_acceleration\",\"twist\",\"pose\","
-        "\"poses\",\"com\",\"momentum\",\"energy\",\"lambda\",\"mu\",\"p\",\"spectrum\","
-        "\"joint_forces\",\"p\"]}";
+        "\"poses\",\"com\",\"momentum\",\"energy\",\"generalised_momentum\",\"lambda\",\"mu\","
+        "\"p\",\"spectrum\",\"joint_forces\",\"p\"]}";
     reading r;
     read_line(&r, &arm, line, sizeof line - 1);
     assert_int_equal(r.status, TFA_OK);
@@ -265,7 +266,7 @@ TEST(test_bias_reply)
     assert_int_equal(r.status, TFA_OK);
     count_up(r.reply.gravity_force, 3);
     prints(&r, "{\"status\":\"ok\",\"method\":\"auto\",\"gravity\":[1.0,2.0,3.0],"
-               "\"velocity\":[0.0,0.0,0.0],\"damping\":[0.0,0.0,0.0],"
+               "\"velocity\":[0.0,0.0,0.0],\"damping\":[0.0,0.0,0.0],\"friction\":[0.0,0.0,0.0],"
                "\"external\":[0.0,0.0,0.0]}\n");
     forget(&r);
     read_line(&r, &ship, floating, sizeof floating - 1);
@@ -275,8 +276,9 @@ TEST(test_bias_reply)
     prints(&r,
            "{\"status\":\"ok\",\"method\":\"auto\",\"gravity\":" TEN ",\"base_gravity\":" BASE_SIX
            ",\"velocity\":" ZEROS_TEN ",\"base_velocity\":" ZEROS_SIX ",\"damping\":" ZEROS_TEN
-           ",\"base_damping\":" ZEROS_SIX ",\"external\":" ZEROS_TEN ",\"base_external\":" ZEROS_SIX
-           ",\"armature\":" TEN ",\"base_armature\":" BASE_SIX "}\n");
+           ",\"base_damping\":" ZEROS_SIX ",\"friction\":" ZEROS_TEN ",\"base_friction\":" ZEROS_SIX
+           ",\"external\":" ZEROS_TEN ",\"base_external\":" ZEROS_SIX ",\"armature\":" TEN
+           ",\"base_armature\":" BASE_SIX "}\n");
     forget(&r);
 }
 

@@ -69,6 +69,7 @@ typedef enum tfa_observer_event {
  *
  * @param base_freedoms  6 with a floating base, else 0
  * @param v_count        freedoms of the joints
+ * @param options        gain and gap
  * @param observer       release with tfa_observer_free; NULL on error
  * @return TFA_OK; TFA_E_ARGUMENT (a NULL, other base freedoms); TFA_E_VALUE (gain not above 0 or
  *         not finite, max_gap negative or not finite); TFA_E_MEMORY
@@ -87,6 +88,7 @@ TFA_API void tfa_observer_request(tfa_observer *observer, tfa_request *request, 
 /**
  * Takes a sample: q and v of the answered request, torques of the same time.
  *
+ * @param observer     its state
  * @param time         s, of any clock that does not jump
  * @param tau          v_count, N m or N, as measured or commanded; NULL: 0
  * @param base_wrench  6, N and N m, root link's frame; NULL: 0

@@ -155,7 +155,8 @@ const input_row inputs[] = {
      "list of joints", "joints that do not accelerate, by name or index", 0},
     {"want", read_want, CHOICE, TFA_OPS_ALL, 0, "list of words",
      "further answers: 'pose', 'twist', 'jacobian', 'bias_acceleration' of the tips; 'poses',\n"
-     "'com', 'momentum', 'energy'; with lambda_inv 'lambda', 'mu', 'p', 'spectrum'; with\n"
+     "'com', 'momentum', 'energy', 'generalised_momentum'; with lambda_inv 'lambda', 'mu', 'p',\n"
+     "'spectrum'; with\n"
      "constraints 'delassus'",
      0},
     {"only", read_only, PHASE_LAST, EXTENT_NONE, 0, TFA_OPS_ALL, 0, "list of names",

@@ -16,7 +16,8 @@ Statistics  counters, clients and histograms of a running daemon
 
 Workspace, Pool and Client have the same methods, one for each op: forward_dynamics,
 inverse_dynamics, operational_inertia, mass_matrix, kinematics, bias, task_torques, derivatives,
-inverse_dynamics_derivatives, constrained_dynamics, impact, constrained_inverse_dynamics, regressor.
+inverse_dynamics_derivatives, constrained_dynamics, impact,
+constrained_inverse_dynamics, regressor.
 Each takes numpy arrays of one state, (n,), or of a batch, (count, n), and returns a Reply, whose
 attributes are arrays. All give the same bits as the library in C.
 

@@ -36,6 +36,7 @@ Want = Literal[
     "com",
     "momentum",
     "energy",
+    "generalised_momentum",
     "lambda",
     "mu",
     "p",
@@ -238,11 +239,17 @@ class Reply:
     @property
     def flags(self) -> Any: ...
     @property
+    def friction(self) -> Array: ...
+    @property
+    def generalised_momentum(self) -> Array: ...
+    @property
     def gravity(self) -> Array: ...
     @property
     def jacobian(self) -> Array: ...
     @property
     def joint_forces(self) -> Array: ...
+    @property
+    def joint_regressor(self) -> Array: ...
     @property
     def lambda_(self) -> Array: ...
     @property
@@ -264,6 +271,8 @@ class Reply:
     @property
     def momentum(self) -> Array: ...
     @property
+    def momentum_rate(self) -> Array: ...
+    @property
     def mu(self) -> Array: ...
     @property
     def op(self) -> str: ...
@@ -277,6 +286,8 @@ class Reply:
     def qdd(self) -> Array: ...
     @property
     def rank(self) -> Any: ...
+    @property
+    def regressor(self) -> Array: ...
     @property
     def tau(self) -> Array: ...
     @property
@@ -385,6 +396,7 @@ class _Solver:
         modes: Optional[Numbers] = None,
         mode_velocities: Optional[Numbers] = None,
         gravity: Optional[Numbers] = None,
+        wrench: Optional[Wrenches] = None,
         tips: Optional[Links] = None,
         rows: Optional[Rows] = None,
         frame: Optional[Frame] = None,
@@ -405,6 +417,7 @@ class _Solver:
         modes: Optional[Numbers] = None,
         mode_velocities: Optional[Numbers] = None,
         gravity: Optional[Numbers] = None,
+        wrench: Optional[Wrenches] = None,
         tips: Optional[Links] = None,
         rows: Optional[Rows] = None,
         frame: Optional[Frame] = None,
@@ -558,6 +571,7 @@ class _Solver:
         modes: Optional[Numbers] = None,
         mode_velocities: Optional[Numbers] = None,
         gravity: Optional[Numbers] = None,
+        wrench: Optional[Wrenches] = None,
         tips: Optional[Links] = None,
         rows: Optional[Rows] = None,
         frame: Optional[Frame] = None,
@@ -597,6 +611,30 @@ class _Solver:
         rank_loss: Optional[RankLoss] = None,
         rank_threshold: Optional[float] = None,
         characteristic_length: Optional[float] = None,
+        method: Optional[str] = None,
+        payload: Optional[Payloads] = None,
+        locked: Optional[Union[JointName, Sequence[JointName]]] = None,
+        want: Optional[Union[Want, Sequence[Want]]] = None,
+        only: Optional[Union[str, Sequence[str]]] = None,
+        out: Optional[Union[Reply, Mapping[str, Array], Array]] = None,
+    ) -> Reply: ...
+    def regressor(
+        self,
+        /,
+        q: Joints,
+        v: Optional[Joints] = None,
+        qdd: Optional[Joints] = None,
+        *,
+        base_pose: Optional[Numbers] = None,
+        base_twist: Optional[Numbers] = None,
+        base_acceleration: Optional[Numbers] = None,
+        modes: Optional[Numbers] = None,
+        mode_velocities: Optional[Numbers] = None,
+        gravity: Optional[Numbers] = None,
+        wrench: Optional[Wrenches] = None,
+        tips: Optional[Links] = None,
+        rows: Optional[Rows] = None,
+        frame: Optional[Frame] = None,
         method: Optional[str] = None,
         payload: Optional[Payloads] = None,
         locked: Optional[Union[JointName, Sequence[JointName]]] = None,
@@ -699,6 +737,7 @@ class Model:
     ) -> Model: ...
     def check(self, op: str, /, *args: Any, **fields: Any) -> None: ...
     def advise(self, tolerance: float, /, *args: Any, **fields: Any) -> Advice: ...
+    def parameters(self, link: Link, /) -> Array: ...
 
 class Workspace(_Solver):
     def __init__(
@@ -907,6 +946,7 @@ class Client:
         modes: Optional[Numbers] = None,
         mode_velocities: Optional[Numbers] = None,
         gravity: Optional[Numbers] = None,
+        wrench: Optional[Wrenches] = None,
         tips: Optional[Links] = None,
         rows: Optional[Rows] = None,
         frame: Optional[Frame] = None,
@@ -928,6 +968,7 @@ class Client:
         modes: Optional[Numbers] = None,
         mode_velocities: Optional[Numbers] = None,
         gravity: Optional[Numbers] = None,
+        wrench: Optional[Wrenches] = None,
         tips: Optional[Links] = None,
         rows: Optional[Rows] = None,
         frame: Optional[Frame] = None,
@@ -1087,6 +1128,7 @@ class Client:
         modes: Optional[Numbers] = None,
         mode_velocities: Optional[Numbers] = None,
         gravity: Optional[Numbers] = None,
+        wrench: Optional[Wrenches] = None,
         tips: Optional[Links] = None,
         rows: Optional[Rows] = None,
         frame: Optional[Frame] = None,
@@ -1135,6 +1177,31 @@ class Client:
         out: Optional[Union[Reply, Mapping[str, Array], Array]] = None,
         timeout: Optional[float] = None,
     ) -> Reply: ...
+    def regressor(
+        self,
+        /,
+        q: Joints,
+        v: Optional[Joints] = None,
+        qdd: Optional[Joints] = None,
+        *,
+        base_pose: Optional[Numbers] = None,
+        base_twist: Optional[Numbers] = None,
+        base_acceleration: Optional[Numbers] = None,
+        modes: Optional[Numbers] = None,
+        mode_velocities: Optional[Numbers] = None,
+        gravity: Optional[Numbers] = None,
+        wrench: Optional[Wrenches] = None,
+        tips: Optional[Links] = None,
+        rows: Optional[Rows] = None,
+        frame: Optional[Frame] = None,
+        method: Optional[str] = None,
+        payload: Optional[Payloads] = None,
+        locked: Optional[Union[JointName, Sequence[JointName]]] = None,
+        want: Optional[Union[Want, Sequence[Want]]] = None,
+        only: Optional[Union[str, Sequence[str]]] = None,
+        out: Optional[Union[Reply, Mapping[str, Array], Array]] = None,
+        timeout: Optional[float] = None,
+    ) -> Reply: ...
     def compute(self, op: str, /, *args: Any, **fields: Any) -> Reply: ...
     def send(self, op: str, /, *args: Any, **fields: Any) -> int: ...
     def receive(self, /, *, timeout: Optional[float] = None) -> Reply: ...
@@ -1164,6 +1231,15 @@ class Specialised:
     ) -> BuildResult: ...
     @staticmethod
     def file_name(model: Model, /) -> str: ...
+
+class _Observer:
+    def __init__(self, base_freedoms: int, v_count: int, gain: float, max_gap: float) -> None: ...
+    @property
+    def torques(self) -> Array: ...
+    def step(
+        self, time: float, model: int, momentum: Any, rate: Any, tau: Any, base_wrench: Any, /
+    ) -> str: ...
+    def restart(self, /) -> None: ...
 
 class _Sweep:
     def __init__(

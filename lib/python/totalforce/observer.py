@@ -3,7 +3,7 @@
 """Generalised-momentum observer: joint torques that nothing in the model explains."""
 from __future__ import annotations
 
-from typing import Any, Optional
+from typing import Any
 
 import numpy as np
 
@@ -66,16 +66,15 @@ class Observer:
         """r: six of a floating base, then those of the joints, N m or N; 0 after a restart."""
         return self._filter.torques
 
-    def wrench(self, link: Any, q: Any, *, base_pose: Optional[Any] = None, **state: Any) -> np.ndarray:
+    def wrench(self, link: Any, q: Any, *, base_pose: Any = None, **state: Any) -> np.ndarray:
         """Wrench on the robot at a link that explains r: F = Lambda J M^-1 r, N and N m.
 
         `state`: frame, payload, rank_loss, ... as of forward_dynamics.
         """
         r = self.torques
         base = {} if not self._base else {"base_pose": base_pose, "base_wrench": r[:6]}
-        reply = self._solver.forward_dynamics(
-            q, tau=r[self._base :], gravity=_REST, tips=link, want=("lambda", "jacobian"), **base, **state
-        )
+        state.update(base, tau=r[self._base :], gravity=_REST, tips=link)
+        reply = self._solver.forward_dynamics(q, want=("lambda", "jacobian"), **state)
         a = reply.qdd
         if self._base:
             a = np.concatenate((reply.base_acceleration, a))

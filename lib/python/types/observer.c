@@ -115,19 +115,22 @@ static PyObject *get_torques(PyObject *self, void *unused)
     return array_of(tfa_observer_torques(o->observer), o->base + o->v_count);
 }
 
-static PyMethodDef methods[] = {{"step", observer_step, METH_VARARGS, NULL},
-                                {"restart", observer_restart, METH_NOARGS, NULL},
-                                {0}};
+static PyMethodDef methods[] = {
+    {"step", observer_step, METH_VARARGS,
+     "step($self, time, model, momentum, rate, tau, base_wrench, /)\n--\n\n"},
+    {"restart", observer_restart, METH_NOARGS, "restart($self, /)\n--\n\n"},
+    {0}};
 static PyGetSetDef attributes[] = {{"torques", get_torques, NULL, NULL, NULL}, {0}};
 
-static PyTypeObject observer_type = {PyVarObject_HEAD_INIT(NULL, 0).tp_name =
-                                         "totalforce._totalforce._Observer",
-                                     .tp_basicsize = sizeof(observer_object),
-                                     .tp_flags = Py_TPFLAGS_DEFAULT,
-                                     .tp_new = observer_new,
-                                     .tp_dealloc = observer_dealloc,
-                                     .tp_methods = methods,
-                                     .tp_getset = attributes};
+static PyTypeObject observer_type = {
+    PyVarObject_HEAD_INIT(NULL, 0).tp_name = "totalforce._totalforce._Observer",
+    .tp_doc = "_Observer(base_freedoms, v_count, gain, max_gap)\n--\n\n",
+    .tp_basicsize = sizeof(observer_object),
+    .tp_flags = Py_TPFLAGS_DEFAULT,
+    .tp_new = observer_new,
+    .tp_dealloc = observer_dealloc,
+    .tp_methods = methods,
+    .tp_getset = attributes};
 
 int observer_init(PyObject *module)
 {

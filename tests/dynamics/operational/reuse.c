@@ -277,7 +277,7 @@ static void beside_others(op_case *c)
     }
     r.op = TFA_OP_KINEMATICS;
     op_answers_clear(b);
-    for (uint32_t flag = 1; flag <= TFA_WANT_ENERGY; flag *= 2) {
+    for (uint32_t flag = 1; flag <= OP_KINEMATICS; flag *= 2) {
         r.flags = flag & OP_KINEMATICS;
         assert_int_equal(tfa_compute(c->f64, &r, &b->reply), TFA_OK);
     }

@@ -59,14 +59,20 @@ TFA_INLINE int numbers_are_zero(const num_vec *x, int vecs)
 #endif
 }
 
+/* The order of the sum is that of the lanes; with TFA_EXACT one for all instruction sets */
 static inline num row_dot(const num *x, const num *y, uint32_t stride)
 {
-    num_vec products = {0};
     num sum = num_of(0);
+#ifdef TFA_EXACT
+    for (uint32_t c = 0; c < stride; c++)
+        sum += x[c] * y[c];
+#else
+    num_vec products = {0};
     for (uint32_t c = 0; c < stride; c += NUM_VEC_LANES)
         products += row_load(x + c) * row_load(y + c);
     for (int l = 0; l < NUM_VEC_LANES; l++)
         sum += vec_lane(products, l);
+#endif
     return sum;
 }
 

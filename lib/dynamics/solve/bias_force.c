@@ -109,7 +109,7 @@ static void turning_force(const struct state *s, uint32_t i, num *out)
 }
 
 /* rnea of v for accelerations leaves velocities in s->a and the momenta of subtrees in s->f. p =
- * H^T f has the rate (v x H)^T f + H^T df/dt, and df/dt is what acts on the subtree: tau - damping -
+ * H^T f has the rate (v x H)^T f + H^T df/dt, and df/dt is what acts on the subtree: tau, damping,
  * friction, weight and wrenches. */
 void TFA_V(generalised_momentum)(struct state *s, num *p, num *rate)
 {

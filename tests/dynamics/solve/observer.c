@@ -2,7 +2,7 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * The momentum observer of robots in motion, sampled at irregular times: after a step of external
- * torques it shows tau (1 - exp(- gain t)), begins anew after a gap, a step back in time and another
+ * torques it shows tau (1 - exp(- gain t)), begins anew after a gap, a step back in time or another
  * model, and explains a wrench at a link by that wrench.
  */
 #include "models.h"

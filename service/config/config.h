@@ -146,6 +146,13 @@ typedef struct config_unitree {
     size_t motors_count;
 } config_unitree;
 
+/* External torques by a generalised-momentum observer. */
+typedef struct config_observer {
+    double gain;    /* 1/s; 0: no observer */
+    double max_gap; /* s; 0: 5 / gain */
+    const char *tip;
+} config_observer;
+
 /* A robot's topics of ROS 2. Names as in ROS: relative ones start at the namespace, "~" is the
  * node. */
 typedef struct config_robot_ros2 {
@@ -165,6 +172,7 @@ typedef struct config_robot_ros2 {
     const char **constraints; /* active until the first message; none: all */
     size_t constraints_count;
     config_unitree unitree;
+    config_observer observer;
     uint32_t domain; /* or CONFIG_ROS_DOMAIN_ID: that of the section ros2 */
     uint32_t state_age_ms, command_age_ms;
 } config_robot_ros2;

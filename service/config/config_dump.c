@@ -75,6 +75,8 @@ static bool is_absent(const config_row *row, const char *in)
         return !key->key;
     if (row->kind == CONFIG_TEXT)
         return *(const char *const *)(const void *)(in + row->at) == NULL;
+    if (row->kind == CONFIG_NUMBER)
+        return row->low > 0 && !(*(const double *)(const void *)(in + row->at) > 0);
     return row->kind == CONFIG_LIST && *(const size_t *)(const void *)(in + row->count_at) == 0;
 }
 

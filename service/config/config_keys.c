@@ -30,7 +30,8 @@ static void print_default(const config_row *row, FILE *out)
         return;
     if (row->word)
         fputs(row->word, out);
-    else if (row->kind == CONFIG_COUNT || row->kind == CONFIG_NUMBER)
+    else if ((row->kind == CONFIG_COUNT || row->kind == CONFIG_NUMBER) &&
+             row->default_value >= row->low)
         fprintf(out, "%u", row->default_value);
     else if (row->kind == CONFIG_BOOL)
         fputs(row->default_value ? "yes" : "no", out);

@@ -154,6 +154,16 @@ static const config_row unitree_rows[] = {
     {0}};
 static const config_table unitree_table = {unitree_rows, sizeof(config_unitree)};
 
+static const config_row observer_rows[] = {
+    {"gain", CONFIG_NUMBER, AT(config_observer, gain), .required = true, .low = 1e-6, .high = 1e6,
+     .unit = "1/s", .help = "1/s: the inverse of the time constant"},
+    {"max_gap", CONFIG_NUMBER, AT(config_observer, max_gap), .low = 1e-6, .high = 1e6, .unit = "s",
+     .help = "States further apart than this, s, restart it; 5 / gain when absent"},
+    {"tip", CONFIG_TEXT, AT(config_observer, tip),
+     .help = "Link at which ~/external_wrench explains the torques"},
+    {0}};
+static const config_table observer_table = {observer_rows, sizeof(config_observer)};
+
 static const config_row robot_ros2_rows[] = {
     {"enabled", CONFIG_BOOL, AT(config_robot_ros2, enabled), .default_value = false,
      .help = "Serve this robot on topics of ROS 2, if ros2 is enabled"},
@@ -194,6 +204,8 @@ static const config_row robot_ros2_rows[] = {
      .help = "Links whose Lambda^-1, Jacobian and bias acceleration are published"},
     {"unitree", CONFIG_GROUP, AT(config_robot_ros2, unitree), .table = &unitree_table,
      .help = "State of a Unitree robot in place of joint_states"},
+    {"observer", CONFIG_GROUP, AT(config_robot_ros2, observer), .table = &observer_table,
+     .help = "Publish ~/external_torques: a generalised-momentum observer"},
     {"services", CONFIG_BOOL, AT(config_robot_ros2, services), .default_value = false,
      .help = "Answer calls of ~/forward_dynamics (clients of rmw_cyclonedds only)"},
     {"state_age_ms", CONFIG_COUNT, AT(config_robot_ros2, state_age_ms), .default_value = 100,

@@ -28,7 +28,8 @@ typedef struct config_row {
     size_t at, count_at; /* offsets in the struct */
     bool required;
     bool reloadable;          /* a reload may change it; of a GROUP or LIST with table: see there */
-    uint32_t default_value;   /* the default of COUNT, BOOL and WORD */
+    uint32_t default_value;   /* the default of COUNT, BOOL and WORD; NUMBER: 0, which stands for
+                                 none where it is not in the range */
     double low, high;         /* range of COUNT and NUMBER; entries of a LIST; WORD: low, the first
                                  index that may be chosen */
     const char *word;         /* of COUNT: it may stand in place of a number, and is the default;

@@ -212,7 +212,8 @@ static void suggest_value(const config_scalar *s, const char *text, char *remedy
         snprintf(remedy, size, "; write %.0f", value);
     else if (is_null_text(text) && s->row->word)
         snprintf(remedy, size, "; leave the key out for the default, %s", s->row->word);
-    else if (is_null_text(text) && !s->is_entry && !s->row->required)
+    else if (is_null_text(text) && !s->is_entry && !s->row->required &&
+             s->row->default_value >= s->row->low)
         snprintf(remedy, size, "; leave the key out for the default, %u", s->row->default_value);
     else
         snprintf(remedy, size, "; write it %s", whole ? "in decimal digits" : "like 2.5 or -1e-3");

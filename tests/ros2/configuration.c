@@ -356,6 +356,32 @@ TEST(errors_stand_where_the_key_is)
          ":9:17: robots[0].ros2.unitree.motors: joint 'joint_3' has no motor"},
         {ROS2 "      unitree: {type: hg, motors: [joint_1, '-', '-', joint_1]}\n",
          "robots[0].ros2.unitree.motors[3]: 'joint_1' is there twice, first as number 0"},
+        {ROS2 "      observer: {tip: tool0}\n",
+         ":8:17: robots[0].ros2.observer: the key 'gain' is missing: 1/s: the inverse"},
+        {ROS2 "      observer: {}\n", ":8:17: robots[0].ros2.observer: the key 'gain' is missing"},
+        {ROS2 "      observer: {gain: 0}\n", ":8:24: robots[0].ros2.observer.gain: '0' is not a "
+                                             "number from 1e-06 to 1000000"},
+        {ROS2 "      observer: {gain: -20}\n", ":8:24: robots[0].ros2.observer.gain: '-20' is not"},
+        {ROS2 "      observer: {gain: 20 Hz}\n", ":8:24: robots[0].ros2.observer.gain: '20 Hz' is "
+                                                 "not a number from 1e-06 to 1000000; write "
+                                                 "20"},
+        {ROS2 "      observer: {gain: 20, max_gap: 0}\n",
+         ":8:37: robots[0].ros2.observer.max_gap: '0' is not a number from 1e-06 to 1000000"},
+        {ROS2 "      observer: {gain: 20, max_gap: 100 ms}\n", "; write 0.1"},
+        {ROS2 "      observer: {gain: 20, max_gap: ~}\n", "; write it like 2.5 or -1e-3"},
+        {ROS2 "      observer: {gain: 20, tip: tool1}\n",
+         ":8:33: robots[0].ros2.observer.tip: the robot has no link 'tool1'; nearest: 'tool0'"},
+        {ROS2 "      observer: {gain: 20, tip: tool0}\n    refuse: [lambda]\n",
+         ":8:33: robots[0].ros2.observer.tip: its wrench takes lambda, which the robot's key "
+         "'refuse' refuses; leave out one of them"},
+        {ARM "    base: floating\n    ros2:\n      enabled: yes\n      observer: {gain: 20}\n"
+             "      unitree: {type: hg, motors: [joint_1]}\n",
+         "robots[0].ros2.observer: it needs the linear velocity of the base, which a LowState does "
+         "not have; use joint_states and odometry"},
+        {"  - name: arm\n    urdf: @/config/robots/flexible_arm.urdf\n"
+         "    scenes: [{name: bent, modes: [@/config/robots/flexible_arm.yaml]}]\n"
+         "    ros2: {enabled: yes, scene: bent, observer: {gain: 20}}\n",
+         "robots[0].ros2.observer: a robot with flexible links has none; leave out its modes"},
         {ROS2 "      namespace: /" LONG "\n", ":8:18: robots[0].ros2.namespace: too long: "},
         {ROS2 "      node: " LONG "\n", ":8:13: robots[0].ros2.node: too long: "},
         {"  - name: cart\n    urdf: @/tests/tools/data/cart.urdf\n    ros2:\n      enabled: yes\n",

@@ -87,6 +87,30 @@ TEST(publishers_with_some_of_the_joints_are_merged)
     tfa_joint_inputs_free(s);
 }
 
+/* A sample is complete once every joint has all values anew; NaN is none. */
+TEST(the_last_value_completes_a_sample)
+{
+    static const double x[] = {1, 2, 3}, gone[] = {1, NAN, 3};
+    tfa_joint_inputs *s = arm_inputs();
+    tfa_joint_message m = {.name = arm, .name_count = 3, .value = {x, NULL, x}};
+    m.value_count[TFA_JOINT_POSITION] = m.value_count[TFA_JOINT_EFFORT] = 3;
+    assert_false(tfa_joint_inputs_renewed(s, POSITION | EFFORT));
+    for (int k = 0; k < 3; k++) {
+        m.value[TFA_JOINT_EFFORT] = gone;
+        assert_true(tfa_joint_inputs_merge(s, &m, POSITION | EFFORT, 5));
+        assert_false(tfa_joint_inputs_renewed(s, POSITION | EFFORT));
+        m.value[TFA_JOINT_EFFORT] = x;
+        assert_true(tfa_joint_inputs_merge(s, &m, POSITION | EFFORT, 5));
+        assert_false(tfa_joint_inputs_renewed(s, POSITION | VELOCITY | EFFORT));
+        assert_true(tfa_joint_inputs_renewed(s, POSITION | EFFORT));
+        assert_false(tfa_joint_inputs_renewed(s, POSITION | EFFORT));
+    }
+    assert_true(tfa_joint_inputs_merge(s, &m, POSITION, 6));
+    assert_false(tfa_joint_inputs_renewed(s, POSITION | EFFORT));
+    assert_true(tfa_joint_inputs_renewed(s, POSITION));
+    tfa_joint_inputs_free(s);
+}
+
 /* Another model: joints of the same name keep values and ages, others have none. */
 TEST(another_model_takes_over_what_was_received)
 {

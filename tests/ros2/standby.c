@@ -48,7 +48,9 @@ static int32_t stamp = 1000, settled;
 static int32_t publish(void)
 {
     const arm_motion m = arm_motion_of((uint64_t)++stamp);
-    arm_publish_state(&node, &m, stamp);
+    sensor_msgs_msg_dds__JointState_ state = arm_state(&m, stamp);
+    state.effort = arm_efforts(arm_joints, m.tau, JOINTS, stamp).effort;
+    assert_int_equal(dds_write(node.joint_states, &state), DDS_RETCODE_OK);
     arm_publish_named_efforts(&node, arm_joints, m.tau, JOINTS, stamp);
     return stamp;
 }
@@ -136,6 +138,8 @@ static void assert_one_answers(const dds_guid_t *leader, const harness *standby)
 #define SHORT_LEASE 3000
 #define LONG_LEASE 15000 /* five times: more counts for nothing */
 
+#define OBSERVER "      observer: {gain: 0.001}\n" /* no gap for stamps a second apart */
+
 static const char *settings_of(uint32_t domain, unsigned lease_ms)
 {
     char more[128];
@@ -166,8 +170,8 @@ static void join(harness *h)
  * @return the participant of the first, which answers while it is alone */
 static dds_guid_t open_all(uint32_t domain)
 {
-    first = harness_make(arm_yaml(""), settings_of(domain, SHORT_LEASE));
-    second = harness_make(arm_yaml(""), settings_of(domain, LONG_LEASE));
+    first = harness_make(arm_yaml(OBSERVER), settings_of(domain, SHORT_LEASE));
+    second = harness_make(arm_yaml(OBSERVER), settings_of(domain, LONG_LEASE));
     ros2_peer_set_lease("600 s");
     harness_start(&first, "arm");
     dds_herald(domain, "arm");
@@ -213,6 +217,7 @@ static dds_guid_t await_second(const dds_guid_t *before)
     assert_true(harness_logged(&second, "leads, epoch"));
     const dds_guid_t leader = find_leader();
     assert_memory_not_equal(&leader, before, sizeof leader);
+    assert_true(harness_logged(&second, "the observer restarted: takeover"));
     return leader;
 }
 
@@ -269,6 +274,7 @@ static const struct {
     {&std_msgs_msg_dds__Float64MultiArray__desc, "rt/arm/totalforce/jacobian", 5},
     {&std_msgs_msg_dds__Float64MultiArray__desc, "rt/arm/totalforce/bias_acceleration", 5},
     {&sensor_msgs_msg_dds__JointState__desc, "rt/arm/totalforce/gravity_torques", 5},
+    {&sensor_msgs_msg_dds__JointState__desc, "rt/arm/totalforce/external_torques", 5},
     {&diagnostic_msgs_msg_dds__DiagnosticArray__desc, "rt/diagnostics", 2},
 };
 

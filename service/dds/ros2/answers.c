@@ -6,6 +6,7 @@
  */
 #include "dds/ros2/ros2_internal.h"
 
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -296,4 +297,112 @@ void ros2_answer_state(ros2_robot *robot, int64_t now)
     if (tips)
         answer_tips(robot, now);
     robot->counts.states++;
+}
+
+/* ---- the observer ---- */
+
+/* No request of a client: neither recorded nor counted. */
+static void ask_for_observer(const ros2_robot *robot, tfa_request *request, tfa_reply *reply)
+{
+    request->estimate = TFA_ESTIMATE_NEVER;
+    request->frame = TFA_FRAME_LOCAL;
+    request->q = robot->arrays->q;
+    reply->status = robot->own.solver.solve(robot->own.solver.self, request, reply, 0, 1);
+}
+
+static void note_event(ros2_observed *w, tfa_observer_event event, double gap)
+{
+#define WORD(value, word) [value] = (word),
+    static const char *const words[] = {TFA_OBSERVER_WORDS(WORD)};
+    w->samples++;
+    if (event != TFA_OBSERVER_UPDATED && (event != TFA_OBSERVER_STARTED || w->start)) {
+        w->restarts++;
+        w->event = event;
+        w->reason = event == TFA_OBSERVER_STARTED ? w->start : words[event];
+        w->gap = gap;
+    }
+    w->start = NULL;
+}
+
+/* A jump of the stamps restarts it however far it is: bounded, it costs later times no digits. */
+static tfa_observer_event update_observer(ros2_robot *robot, const tfa_reply *reply)
+{
+    ros2_observed *w = &robot->observed;
+    const ros2_header *h = &robot->state_header;
+    const int64_t sent = INT64_C(1000000000) * h->sec + h->nanosec,
+                  stamp = sent ? sent : tfa_dds_monotonic();
+    const double step = 1e-9 * (double)(stamp - w->stamp), gap = w->samples ? step : 0;
+    w->stamp = stamp;
+    w->time += fmax(-1, fmin(step, 2 * robot->observer.max_gap));
+    const tfa_observer_event event =
+        tfa_observer_update(robot->arrays->observer, w->time, robot->arrays->tau, NULL, reply);
+    note_event(w, event, gap);
+    return event;
+}
+
+static void publish_wrench(ros2_robot *robot, ros2_output_kind kind, const double value[6],
+                           geometry_msgs_msg_dds__WrenchStamped_ *message)
+{
+    message->header.stamp.sec = robot->state_header.sec;
+    message->header.stamp.nanosec = robot->state_header.nanosec;
+    memcpy(&message->wrench, value, sizeof message->wrench);
+    publish(robot, kind, message);
+}
+
+/* 0 after a restart, even where the state has no answer. */
+static void answer_wrench(ros2_robot *robot, tfa_observer_event event, int64_t now)
+{
+    ros2_arrays *a = robot->arrays;
+    double wrench[6] = {0};
+    tfa_request request;
+    tfa_reply reply;
+    tfa_observer_wrench_request(a->observer, a->observer_tip, &request, &reply);
+    if (event == TFA_OBSERVER_UPDATED) {
+        if (!read_base(robot, now, &request))
+            return;
+        request.base_twist = NULL; /* at rest */
+        ask_for_observer(robot, &request, &reply);
+        const int status = tfa_observer_wrench(a->observer, &reply, wrench);
+        if (status != TFA_OK) {
+            (void)refuse(robot, "external_wrench: %s", tfa_status_text(status));
+            return;
+        }
+    }
+    publish_wrench(robot, ROS2_EXTERNAL_WRENCH, wrench, &a->external_wrench);
+}
+
+static void take_sample(ros2_robot *robot, int64_t now)
+{
+    ros2_arrays *a = robot->arrays;
+    const joint_source state = {a->state, robot->state_age};
+    double wrenches[TFA_MAX_WRENCHES][6];
+    tfa_request request;
+    tfa_reply reply;
+    tfa_observer_request(a->observer, &request, &reply);
+    request.v = a->v;
+    if (!read_joints(robot, &state, TFA_JOINT_POSITION, now, a->q) ||
+        !read_joints(robot, &state, TFA_JOINT_VELOCITY, now, a->v) ||
+        !read_joints(robot, &state, TFA_JOINT_EFFORT, now, a->tau) ||
+        !read_base(robot, now, &request) || !read_wrenches(robot, now, &request, wrenches))
+        return;
+    ask_for_observer(robot, &request, &reply);
+    const tfa_observer_event event = update_observer(robot, &reply);
+    set_header(&a->external_torques.header, &robot->state_header);
+    publish(robot, ROS2_EXTERNAL_TORQUES, &a->external_torques);
+    if (a->base && is_read(robot, ROS2_EXTERNAL_BASE_WRENCH))
+        publish_wrench(robot, ROS2_EXTERNAL_BASE_WRENCH, tfa_observer_torques(a->observer),
+                       &a->external_base_wrench);
+    if (is_read(robot, ROS2_EXTERNAL_WRENCH))
+        answer_wrench(robot, event, now);
+}
+
+void ros2_observe(ros2_robot *robot, int64_t now)
+{
+    robot->observed.states++;
+    if (!ros2_leads(robot)) {
+        tfa_observer_restart(robot->arrays->observer);
+        robot->observed.start = "takeover";
+    } else if (tfa_joint_inputs_renewed(robot->arrays->state, ROS2_OBSERVED_VALUES)) {
+        take_sample(robot, now);
+    }
 }

@@ -32,6 +32,7 @@ void ros2_arrays_free(ros2_arrays *a)
     tfa_joint_inputs_free(a->state);
     tfa_joint_inputs_free(a->command);
     tfa_joint_inputs_free(a->call);
+    tfa_observer_free(a->observer);
     free(a->names);
     free(a->command_names);
     free(a->numbers);
@@ -76,11 +77,19 @@ static bool make_names(const ros2_robot *robot, ros2_arrays *a)
     return a->state && a->command && a->call;
 }
 
+static bool make_observer(const ros2_robot *robot, ros2_arrays *a)
+{
+    return !(robot->observer.gain > 0) ||
+           tfa_observer_create(a->base, a->joints, &robot->observer, &a->observer) == TFA_OK;
+}
+
 /* Links, joints and constraints exist: tfa_ros2_check. */
 static void find_indices(const ros2_robot *robot, ros2_arrays *a)
 {
     for (uint32_t k = 0; k < a->tip_count; k++)
         a->tips[k] = (uint32_t)tfa_model_find_frame(a->model, robot->tips.text[k]);
+    if (robot->observer_tip.count)
+        a->observer_tip = (uint32_t)tfa_model_find_frame(a->model, robot->observer_tip.text[0]);
     for (uint32_t k = 0; k < robot->wrench_links.count; k++)
         a->wrench_frames[k] = (uint32_t)tfa_model_find_frame(a->model, robot->wrench_links.text[k]);
     for (uint32_t k = 0; k < robot->motors.count; k++)
@@ -148,7 +157,7 @@ static void make_array(ros2_arrays *a, ros2_output_kind kind, double *data, uint
     m->data = sequence_of(data, size);
 }
 
-static void make_messages(ros2_arrays *a)
+static void make_messages(const ros2_robot *robot, ros2_arrays *a)
 {
     char **names = (char **)(uintptr_t)a->names;
     a->point = (trajectory_msgs_msg_dds__JointTrajectoryPoint_){
@@ -166,6 +175,14 @@ static void make_messages(ros2_arrays *a)
         .position = sequence_of(a->q, a->joints),
         .effort = sequence_of(a->gravity + a->base, a->joints),
     };
+    a->external_torques.name = a->gravity_torques.name;
+    if (a->observer) {
+        double *torques = (double *)(uintptr_t)tfa_observer_torques(a->observer); /* only read */
+        a->external_torques.effort = sequence_of(torques + a->base, a->joints);
+    }
+    a->external_base_wrench.header.frame_id = alias_text(tfa_model_frame(a->model, 0).name);
+    if (robot->observer_tip.count)
+        a->external_wrench.header.frame_id = robot->observer_tip.text[0];
     _Static_assert(sizeof(geometry_msgs_msg_dds__Wrench_) == sizeof a->constraint_wrench[0], "");
     a->constraint_wrenches.joint_names._buffer = a->constraint_name;
     a->constraint_wrenches.wrench._buffer = (void *)a->constraint_wrench;
@@ -183,7 +200,7 @@ ros2_arrays *ros2_arrays_create(const ros2_robot *robot, const tfa_model *model)
     a->joints = tfa_model_joint_count(model);
     a->base = tfa_model_base_freedoms(model);
     a->tip_count = robot->tips.count;
-    if (!make_names(robot, a) || !make_numbers(a)) {
+    if (!make_names(robot, a) || !make_numbers(a) || !make_observer(robot, a)) {
         ros2_arrays_free(a);
         return NULL;
     }
@@ -194,6 +211,6 @@ ros2_arrays *ros2_arrays_create(const ros2_robot *robot, const tfa_model *model)
         ros2_arrays_free(a);
         return NULL;
     }
-    make_messages(a);
+    make_messages(robot, a);
     return a;
 }

@@ -6,6 +6,8 @@
  */
 #include "dds/ros2/ros2_internal.h"
 
+#include "platform/log.h"
+
 #include <inttypes.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -175,15 +177,15 @@ static uint32_t report_publishers(const tfa_ros2 *gateway, const writer *w, ros2
     return matched.current_count;
 }
 
-/* The oldest position or velocity of all joints. */
+/* The oldest value of all joints. */
 static void report_ages(const writer *w, const ros2_robot *robot, int64_t now)
 {
-    static const char *const values[] = {"position", "velocity"};
+    static const char *const values[] = {"position", "velocity", "effort"};
     const ros2_arrays *a = robot->arrays;
     int64_t oldest = -1;
     uint32_t joint = 0, value = 0;
     for (uint32_t j = 0; j < a->joints; j++)
-        for (uint32_t v = TFA_JOINT_POSITION; v <= TFA_JOINT_VELOCITY; v++) {
+        for (uint32_t v = 0; v < TFA_JOINT_VALUE_COUNT && robot->state_values >> v & 1; v++) {
             const int64_t age = tfa_joint_inputs_age(a->state, j, (tfa_joint_value)v, now);
             if (age < 0) {
                 set_level(w, LEVEL_ERROR, "joint '%s': no %s was received", a->names[j], values[v]);
@@ -288,7 +290,54 @@ static void report_subscribers(const writer *w, ros2_robot *robot)
     }
 }
 
-static void report_answers(const tfa_ros2 *gateway, ros2_robot *robot)
+static void log_restarts(const ros2_robot *robot)
+{
+    const ros2_observed *w = &robot->observed;
+    char gap[64] = "";
+    if (w->gap != 0)
+        snprintf(gap, sizeof gap, ", %.6g s after the state before", w->gap);
+    tfa_log(w->event == TFA_OBSERVER_STARTED ? TFA_LOG_INFO : TFA_LOG_WARNING,
+            "ros2: robot '%s': the observer restarted: %s%s; restart %" PRIu64, robot->name,
+            w->reason, gap, w->restarts);
+}
+
+/* Once, until it has samples again. */
+static void log_lack(ros2_robot *robot, int64_t now)
+{
+    tfa_joint_inputs *state = robot->arrays->state;
+    char fault[160];
+    for (int v = TFA_JOINT_VELOCITY; v <= TFA_JOINT_EFFORT && !robot->observed.lacking; v++) {
+        if (tfa_joint_inputs_read(state, (tfa_joint_value)v, now, robot->state_age,
+                                  robot->arrays->tau))
+            continue;
+        ros2_fault_text(state, fault, sizeof fault);
+        tfa_log(TFA_LOG_WARNING, "ros2: robot '%s': the observer does not run: %s", robot->name,
+                fault);
+        robot->observed.lacking = true;
+    }
+}
+
+static void report_observer(const writer *w, ros2_robot *robot, int64_t now)
+{
+    ros2_observed *o = &robot->observed;
+    const ros2_observed *before = &robot->observed_before;
+    if (!robot->arrays || !robot->arrays->observer)
+        return;
+    if (o->samples != before->samples)
+        o->lacking = false;
+    else if (o->states != before->states)
+        log_lack(robot, now);
+    if (o->restarts != before->restarts)
+        log_restarts(robot);
+    if (o->restarts != before->restarts && o->event != TFA_OBSERVER_STARTED)
+        set_level(w, LEVEL_WARN, "the observer restarted: %s", o->reason);
+    add_value(w, "observer's samples", "%" PRIu64, o->samples);
+    add_value(w, "observer's restarts", "%" PRIu64 "%s%s", o->restarts,
+              o->restarts ? ", last: " : "", o->restarts ? o->reason : "");
+    robot->observed_before = *o;
+}
+
+static void report_answers(const tfa_ros2 *gateway, ros2_robot *robot, int64_t now)
 {
     const writer w = begin_status(gateway->report, robot, "answers");
     const ros2_counts *c = &robot->counts, *before = &robot->counts_before;
@@ -315,6 +364,7 @@ static void report_answers(const tfa_ros2 *gateway, ros2_robot *robot)
     add_value(&w, "largest error estimate", "%.1e", c->largest_estimate);
     add_value(&w, "method", "%s", c->answers + c->states ? tfa_method_name(c->method) : "");
     add_value(&w, "dropped", "%" PRIu64, c->dropped);
+    report_observer(&w, robot, now);
     robot->counts_before = robot->counts;
 }
 
@@ -347,7 +397,7 @@ static void report_robot(const tfa_ros2 *gateway, ros2_robot *robot, int64_t now
     for (uint32_t k = 0; k < robot->input_count; k++)
         report_input(gateway, &robot->inputs[k], now);
     report_model(gateway, robot);
-    report_answers(gateway, robot);
+    report_answers(gateway, robot, now);
     ros2_publish_statistics(robot);
     pthread_mutex_unlock(&robot->mutex);
 }

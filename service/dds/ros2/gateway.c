@@ -86,6 +86,16 @@ static void set_arrays(ros2_robot *robot, ros2_arrays *arrays)
                               memory_order_relaxed);
 }
 
+static void set_observer(ros2_robot *robot, const config_observer *c)
+{
+    robot->state_values = ROS2_STATE_VALUES;
+    robot->observed.start = "first sample";
+    if (!(c->gain > 0))
+        return;
+    robot->state_values = ROS2_OBSERVED_VALUES;
+    robot->observer = (tfa_observer_options){c->gain, c->max_gap > 0 ? c->max_gap : 5 / c->gain};
+}
+
 static int make_robot(ros2_robot *robot, const gateway_context *from, uint32_t index)
 {
     const tfa_robot *served = &from->robots[index];
@@ -101,10 +111,12 @@ static int make_robot(ros2_robot *robot, const gateway_context *from, uint32_t i
     robot->state_age = NS_PER_MS * c->state_age_ms;
     robot->command_age = NS_PER_MS * c->command_age_ms;
     robot->constrained = c->op == CONFIG_ROS2_CONSTRAINED_DYNAMICS;
+    set_observer(robot, &c->observer);
     if (!copy_texts(&robot->joints, c->joints, c->joints_count) ||
         !copy_texts(&robot->tips, c->tips, c->tips_count) ||
         !copy_texts(&robot->constraints, c->constraints, c->constraints_count) ||
         !copy_texts(&robot->motors, c->unitree.motors, c->unitree.motors_count) ||
+        !copy_texts(&robot->observer_tip, &c->observer.tip, c->observer.tip != NULL) ||
         !copy_wrench_links(&robot->wrench_links, c) || !add_inputs(robot, c))
         return TFA_E_MEMORY;
     set_arrays(robot, ros2_arrays_create(robot, served->model));
@@ -146,6 +158,7 @@ static void free_robot(ros2_robot *robot)
     free_texts(&robot->tips);
     free_texts(&robot->constraints);
     free_texts(&robot->motors);
+    free_texts(&robot->observer_tip);
     free_texts(&robot->wrench_links);
     ros2_arrays_free(robot->arrays);
     pthread_mutex_destroy(&robot->mutex);
@@ -163,12 +176,21 @@ static bool make_reply_writer(const tfa_ros2 *gateway, ros2_robot *robot)
     return !tfa_dds_failed(robot->reply_writer, last->name);
 }
 
-/* Answers about tips and constraints only where there are any. */
+/* Answers about tips, constraints and external forces only where there are any. */
 static bool is_offered(const ros2_robot *robot, int kind)
 {
-    if (kind == ROS2_CONSTRAINT_WRENCHES)
+    switch (kind) {
+    case ROS2_CONSTRAINT_WRENCHES:
         return robot->constrained;
-    return kind < ROS2_LAMBDA_INV || robot->tips.count > 0;
+    case ROS2_EXTERNAL_TORQUES:
+        return robot->observer.gain > 0;
+    case ROS2_EXTERNAL_BASE_WRENCH:
+        return robot->observer.gain > 0 && robot->arrays->base;
+    case ROS2_EXTERNAL_WRENCH:
+        return robot->observer_tip.count > 0;
+    default:
+        return kind < ROS2_LAMBDA_INV || robot->tips.count > 0;
+    }
 }
 
 static bool make_writers(const tfa_ros2 *gateway, ros2_robot *robot)
@@ -342,6 +364,7 @@ int ros2_exchange(ros2_robot *robot, const tfa_model *model, const tfa_worker_ro
         robot->active.bits = adopt_active(model, before->model, robot->active.bits);
     }
     set_arrays(robot, next);
+    robot->observed.start = "reload";
     robot->own.solver = *solver;
     pthread_mutex_unlock(&robot->mutex);
     ros2_arrays_free(before);

@@ -81,15 +81,23 @@ tfa_joint_message ros2_message_of(const sensor_msgs_msg_dds__JointState_ *m)
     };
 }
 
+void ros2_take_state(ros2_robot *robot, const ros2_header *header, int64_t now)
+{
+    robot->state_header = *header;
+    robot->state_is_new = true;
+    if (robot->arrays->observer)
+        ros2_observe(robot, now);
+}
+
 static void read_joint_state(ros2_input *in, const void *sample, int64_t now)
 {
     const sensor_msgs_msg_dds__JointState_ *m = sample;
     ros2_robot *robot = in->robot;
     const tfa_joint_message message = ros2_message_of(m);
-    if (!ros2_merge(in, robot->arrays->state, &message, ROS2_STATE_VALUES, now))
+    if (!ros2_merge(in, robot->arrays->state, &message, robot->state_values, now))
         return;
-    robot->state_header = header_of(&m->header);
-    robot->state_is_new = true;
+    const ros2_header header = header_of(&m->header);
+    ros2_take_state(robot, &header, now);
 }
 
 /* An answer bears the header of its command: one that is refused, or is of another robot, has none,
@@ -236,8 +244,8 @@ static void read_odometry(ros2_input *in, const void *sample, int64_t now)
     base->received = now;
     if (in->robot->arrays->joints > 0)
         return; /* answers bear the stamp of joint states: one for each */
-    in->robot->state_header = header_of(&m->header);
-    in->robot->state_is_new = true;
+    const ros2_header header = header_of(&m->header);
+    ros2_take_state(in->robot, &header, now);
 }
 
 static void read_description(ros2_input *in, const void *sample, int64_t now)

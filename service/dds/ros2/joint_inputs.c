@@ -16,8 +16,9 @@ struct joint {
     char *name;
     double value[TFA_JOINT_VALUE_COUNT];
     int64_t received[TFA_JOINT_VALUE_COUNT];
-    uint32_t has;  /* bits 1 << tfa_joint_value */
-    uint64_t seen; /* number of the last message that names it */
+    uint32_t has;     /* bits 1 << tfa_joint_value */
+    uint32_t renewed; /* those received since tfa_joint_inputs_renewed was true */
+    uint64_t seen;    /* number of the last message that names it */
 };
 
 struct tfa_joint_inputs {
@@ -168,6 +169,7 @@ static bool take_values(tfa_joint_inputs *s, uint32_t joint, const tfa_joint_mes
         j->value[v] = m->value[v][place];
         j->received[v] = now;
         j->has |= 1u << v;
+        j->renewed |= 1u << v;
     }
     return taken || !asked;
 }
@@ -208,6 +210,16 @@ void tfa_joint_inputs_forget(tfa_joint_inputs *s)
 }
 
 /* ---- values out ---- */
+
+bool tfa_joint_inputs_renewed(tfa_joint_inputs *s, uint32_t values)
+{
+    for (uint32_t j = 0; j < s->count; j++)
+        if (values & ~s->joint[j].renewed)
+            return false;
+    for (uint32_t j = 0; j < s->count; j++)
+        s->joint[j].renewed = 0;
+    return true;
+}
 
 int64_t tfa_joint_inputs_age(const tfa_joint_inputs *s, uint32_t joint, tfa_joint_value value,
                              int64_t now)

@@ -90,6 +90,10 @@ bool tfa_joint_inputs_merge(tfa_joint_inputs *inputs, const tfa_joint_message *m
 bool tfa_joint_inputs_read(tfa_joint_inputs *inputs, tfa_joint_value value, int64_t now,
                            int64_t age_max, double *out);
 
+/** True once every joint has got all of these values since it was true before: of several
+ *  publishers the last one completes a sample. */
+bool tfa_joint_inputs_renewed(tfa_joint_inputs *inputs, uint32_t values);
+
 /** Takes over values and times of joints with the same names, and faults: another model.
  */
 void tfa_joint_inputs_adopt(tfa_joint_inputs *inputs, const tfa_joint_inputs *before);

@@ -18,6 +18,7 @@ typedef struct checker {
     const config_robot_ros2 *config;
     const tfa_model *model;
     gateway_error *error;
+    uint32_t refused; /* bits 1u << CONFIG_REFUSE_x */
 } checker;
 
 /* @return `status`, for the caller to return */
@@ -135,16 +136,22 @@ static const part a_joint = {"joint", TFA_E_JOINT, tfa_model_find_joint, tfa_mod
 static const part a_constraint = {"constraint", TFA_E_ARGUMENT, tfa_model_find_constraint,
                                   tfa_model_constraint_count, name_of_constraint};
 
-static int check_part(const checker *c, const part *p, const char *key, size_t index,
-                      const char *more, const char *name)
+static int check_name(const checker *c, const part *p, const char *path, const char *name)
 {
-    char path[48], nearest[160];
+    char nearest[160];
     if (!name || p->find(c->model, name) >= 0)
         return TFA_OK;
     tfa_suggest(name, c->model, p->count(c->model), p->name, nearest, sizeof nearest);
-    snprintf(path, sizeof path, "%s[%zu]%s", key, index, more);
     return fail(c, p->status, path, "the robot has no %s '%.60s'; nearest: %s", p->what, name,
                 nearest);
+}
+
+static int check_part(const checker *c, const part *p, const char *key, size_t index,
+                      const char *more, const char *name)
+{
+    char path[48];
+    snprintf(path, sizeof path, "%s[%zu]%s", key, index, more);
+    return check_name(c, p, path, name);
 }
 
 static int check_parts(const checker *c, const part *p, const char *key, const char **names,
@@ -170,6 +177,27 @@ static int check_names(const checker *c)
     if (status == TFA_OK)
         status = check_parts(c, &a_constraint, "constraints", r->constraints, r->constraints_count);
     return status;
+}
+
+/* ---- the observer ---- */
+
+static int check_observer(const checker *c)
+{
+    const config_observer *o = &c->config->observer;
+    if (!(o->gain > 0))
+        return TFA_OK;
+    if (tfa_model_mode_count(c->model))
+        return fail(c, TFA_E_UNSUPPORTED, "observer",
+                    "a robot with flexible links has none; leave out its modes or this key");
+    if (tfa_model_base_freedoms(c->model) && c->config->unitree.type != CONFIG_UNITREE_NONE)
+        return fail(c, TFA_E_ARGUMENT, "observer",
+                    "it needs the linear velocity of the base, which a LowState does not have; "
+                    "use joint_states and odometry");
+    if (o->tip && c->refused >> CONFIG_REFUSE_LAMBDA & 1)
+        return fail(c, TFA_E_ARGUMENT, "observer.tip",
+                    "its wrench takes lambda, which the robot's key 'refuse' refuses; leave out "
+                    "one of them");
+    return check_name(c, &a_link, "observer.tip", o->tip);
 }
 
 /* ---- constraints ---- */
@@ -313,7 +341,7 @@ int tfa_ros2_check_robot(const config *all, const config_robot *robot, const tfa
                          gateway_error *error)
 {
     const config_robot_ros2 *settings = &robot->ros2;
-    checker c = {settings, NULL, error};
+    checker c = {settings, NULL, error, config_refusals(robot)};
     if (!all->ros2.enabled || !settings->enabled)
         return TFA_OK;
     int status = check_topics(&c);
@@ -327,6 +355,8 @@ int tfa_ros2_check_robot(const config *all, const config_robot *robot, const tfa
         status = check_motors(&c);
     if (status == TFA_OK)
         status = check_constraints(&c);
+    if (status == TFA_OK)
+        status = check_observer(&c);
     if (status == TFA_OK)
         status = check_names(&c);
     if (status == TFA_OK)

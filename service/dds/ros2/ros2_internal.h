@@ -22,6 +22,7 @@
 #include <idl/unitree.h>
 #include <pthread.h>
 #include <stdatomic.h>
+#include <totalforce/observer.h>
 
 #define ROS2_MOTORS_MAX 35 /* of a Unitree robot: unitree_hg */
 #define ROS2_FRAME_MAX 127 /* bytes of a frame_id that is echoed; longer ones are cut */
@@ -50,12 +51,15 @@ static inline bool ros2_is_command(ros2_input_kind kind)
 
 /* Answers, below the node; names in the order of the kinds. */
 #define ROS2_OUTPUT_NAMES                                                                          \
-    "accelerations", "constraint_wrenches", "gravity_torques", "lambda_inv", "jacobian",           \
-        "bias_acceleration"
+    "accelerations", "constraint_wrenches", "gravity_torques", "external_torques",                 \
+        "external_base_wrench", "external_wrench", "lambda_inv", "jacobian", "bias_acceleration"
 typedef enum ros2_output_kind {
     ROS2_ACCELERATIONS,
     ROS2_CONSTRAINT_WRENCHES,
     ROS2_GRAVITY_TORQUES,
+    ROS2_EXTERNAL_TORQUES,
+    ROS2_EXTERNAL_BASE_WRENCH,
+    ROS2_EXTERNAL_WRENCH,
     ROS2_LAMBDA_INV,
     ROS2_JACOBIAN,
     ROS2_BIAS_ACCELERATION,
@@ -118,6 +122,21 @@ typedef struct ros2_active {
     int64_t received; /* ns; 0: never */
 } ros2_active;
 
+/* What the observer has seen; diagnostics log and publish it, for the path of a state prints
+ * nothing. */
+typedef struct ros2_observed {
+    uint64_t states;          /* that came; those that lack values are among them */
+    uint64_t samples;         /* that the observer took */
+    uint64_t restarts;        /* the first sample included */
+    const char *start;        /* why the next sample is the first; NULL: an invalid one before */
+    const char *reason;       /* of the last restart */
+    tfa_observer_event event; /* of the last restart */
+    double gap;               /* s, from the sample before to the last restart; 0: none before */
+    int64_t stamp;            /* ns, of the last sample; of joint states, else of receipt */
+    double time;              /* s, of the last sample, as the observer has it */
+    bool lacking;             /* states come without what it needs, and the log says so */
+} ros2_observed;
+
 /* Everything whose size depends on the model, and the messages that point at it. */
 typedef struct ros2_arrays {
     const tfa_model *model;
@@ -142,6 +161,10 @@ typedef struct ros2_arrays {
     trajectory_msgs_msg_dds__JointTrajectoryPoint_ point;
     trajectory_msgs_msg_dds__JointTrajectory_ accelerations;
     sensor_msgs_msg_dds__JointState_ gravity_torques;
+    tfa_observer *observer; /* NULL: none */
+    uint32_t observer_tip;
+    sensor_msgs_msg_dds__JointState_ external_torques;
+    geometry_msgs_msg_dds__WrenchStamped_ external_base_wrench, external_wrench;
     std_msgs_msg_dds__MultiArrayDimension_ dimensions[ROS2_OUTPUT_KINDS][3];
     std_msgs_msg_dds__Float64MultiArray_ array[ROS2_OUTPUT_KINDS];
     char stamp_label[ROS2_FRAME_MAX + 64];
@@ -165,7 +188,10 @@ struct ros2_robot {
     struct tfa_ros2 *gateway;
     int64_t state_age, command_age; /* ns */
     bool constrained;               /* its commands are answered by constrained_dynamics */
-    ros2_texts joints, tips, motors, wrench_links, constraints; /* of the configuration, copied */
+    tfa_observer_options observer;  /* gain 0: none */
+    uint32_t state_values;          /* of joint states: bits 1 << tfa_joint_value */
+    /* of the configuration, copied */
+    ros2_texts joints, tips, motors, wrench_links, constraints, observer_tip;
     ros2_input inputs[ROS2_INPUTS_MAX];
     uint32_t input_count;
     dds_entity_t writers[ROS2_OUTPUT_KINDS];
@@ -182,7 +208,8 @@ struct ros2_robot {
     ros2_base base;
     ros2_wrench wrenches[TFA_MAX_WRENCHES];
     ros2_active active;
-    ros2_counts counts, counts_before; /* before: at the last diagnostics */
+    ros2_counts counts, counts_before;       /* before: at the last diagnostics */
+    ros2_observed observed, observed_before; /* as above */
     char description_error[200];
     uint64_t descriptions, descriptions_refused;
 };
@@ -256,6 +283,8 @@ void ros2_arrays_free(ros2_arrays *a);
 
 /* Takes what has come. */
 void ros2_read_inputs(ros2_robot *robot, int64_t now);
+/* A state is there, with this header. */
+void ros2_take_state(ros2_robot *robot, const ros2_header *header, int64_t now);
 /* Reads one message of the input. */
 void ros2_read_message(ros2_input *in, const void *sample, int64_t now);
 /* The arrays of a JointState. */
@@ -267,6 +296,7 @@ __attribute__((format(printf, 2, 3))) void ros2_refuse(ros2_input *input, const 
 bool ros2_merge(ros2_input *in, tfa_joint_inputs *into, const tfa_joint_message *m, uint32_t values,
                 int64_t now);
 #define ROS2_STATE_VALUES (1u << TFA_JOINT_POSITION | 1u << TFA_JOINT_VELOCITY)
+#define ROS2_OBSERVED_VALUES (ROS2_STATE_VALUES | 1u << TFA_JOINT_EFFORT)
 /* Why the last merge or read was refused. */
 void ros2_fault_text(const tfa_joint_inputs *inputs, char *text, size_t size);
 
@@ -284,6 +314,8 @@ void ros2_answer_command(ros2_robot *robot, const ros2_header *header, int64_t n
 void ros2_answer_call(ros2_input *in, const void *sample, int64_t now);
 /* Operational space and gravity torques of the state, for those that read them. */
 void ros2_answer_state(ros2_robot *robot, int64_t now);
+/* Takes the state into the observer, and publishes what it says. */
+void ros2_observe(ros2_robot *robot, int64_t now);
 
 /* ---- diagnostics.c ---- */
 

@@ -13,8 +13,8 @@
 
 #define TFA_ROS2_DEFAULT_NAMESPACE "/"
 #define TFA_ROS2_DEFAULT_NODE "totalforce"
-#define TFA_ROS2_LONGEST_NAME "constraint_wrenches" /* of those below the node */
-#define TFA_ROS2_BLANKS " \t\n\r"                   /* between names in a text */
+#define TFA_ROS2_LONGEST_NAME "external_base_wrench" /* of those below the node */
+#define TFA_ROS2_BLANKS " \t\n\r"                    /* between names in a text */
 
 /** A token: a letter or underscore, then letters, digits and underscores, no two of them. */
 bool tfa_ros2_is_node_name(const char *name);

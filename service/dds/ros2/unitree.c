@@ -17,7 +17,7 @@ typedef struct low_state {
     uint32_t tick;          /* ms */
     const float *quaternion, *gyroscope;
     uint32_t motors;
-    double q[ROS2_MOTORS_MAX], v[ROS2_MOTORS_MAX];
+    double q[ROS2_MOTORS_MAX], v[ROS2_MOTORS_MAX], tau[ROS2_MOTORS_MAX];
 } low_state;
 
 /* The IMU sits in the root link, whose axes it has. Position and linear velocity are unknown; they
@@ -35,20 +35,21 @@ static void merge_motors(ros2_input *in, const low_state *s, int64_t now)
     const ros2_robot *robot = in->robot;
     const ros2_arrays *a = robot->arrays;
     const char *name[ROS2_MOTORS_MAX];
-    double position[ROS2_MOTORS_MAX], velocity[ROS2_MOTORS_MAX];
+    double position[ROS2_MOTORS_MAX], velocity[ROS2_MOTORS_MAX], effort[ROS2_MOTORS_MAX];
     uint32_t count = 0;
     for (uint32_t k = 0; k < robot->motors.count && k < s->motors; k++) {
         if (a->motor_joint[k] < 0)
             continue;
         name[count] = a->names[a->motor_joint[k]];
         position[count] = s->q[k];
-        velocity[count++] = s->v[k];
+        velocity[count] = s->v[k];
+        effort[count++] = s->tau[k];
     }
     const tfa_joint_message message = {.name = name,
                                        .name_count = count,
-                                       .value = {position, velocity},
-                                       .value_count = {count, count}};
-    (void)ros2_merge(in, a->state, &message, ROS2_STATE_VALUES, now);
+                                       .value = {position, velocity, effort},
+                                       .value_count = {count, count, count}};
+    (void)ros2_merge(in, a->state, &message, robot->state_values, now);
 }
 
 /* A robot that starts anew counts from 0: it was silent for longer than this. */
@@ -78,9 +79,9 @@ static void read_low_state(ros2_input *in, const low_state *s, int64_t now)
     merge_motors(in, s, now);
     robot->base = base_of(s, now);
     /* the tick of the robot is the only time that there is */
-    robot->state_header =
-        (ros2_header){.sec = (int32_t)(s->tick / 1000), .nanosec = s->tick % 1000 * 1000000u};
-    robot->state_is_new = true;
+    const ros2_header header = {.sec = (int32_t)(s->tick / 1000),
+                                .nanosec = s->tick % 1000 * 1000000u};
+    ros2_take_state(robot, &header, now);
 }
 
 /* A LowState of either kind as a low_state. */
@@ -98,6 +99,7 @@ void ros2_read_low_state_go(ros2_input *in, const void *sample, int64_t now)
     for (uint32_t k = 0; k < s.motors; k++) {
         s.q[k] = (double)m->motor_state[k].q;
         s.v[k] = (double)m->motor_state[k].dq;
+        s.tau[k] = (double)m->motor_state[k].tau_est;
     }
     read_low_state(in, &s, now);
 }
@@ -109,6 +111,7 @@ void ros2_read_low_state_hg(ros2_input *in, const void *sample, int64_t now)
     for (uint32_t k = 0; k < s.motors; k++) {
         s.q[k] = (double)m->motor_state[k].q;
         s.v[k] = (double)m->motor_state[k].dq;
+        s.tau[k] = (double)m->motor_state[k].tau_est;
     }
     read_low_state(in, &s, now);
 }

@@ -201,7 +201,7 @@ enum tfa_layout {
       "wrench that each link's joint exerts on it, N and N m, in `frame`")                         \
     X(LAMBDA_INV, lambda_inv, "lambda_inv", MATRIX, "J M^-1 J^T of the tips in `frame`")           \
     X(LAMBDA, lambda_matrix, "lambda", MATRIX, "inverse of lambda_inv, by rank_loss")              \
-    X(MU, mu, "mu", VECTOR, "operational-space velocity, damping and wrench forces, N and N m")    \
+    X(MU, mu, "mu", VECTOR, "operational-space velocity, joint and wrench forces, N and N m")      \
     X(P, p, "p", VECTOR, "operational-space gravity forces, N and N m")                            \
     X(POSES, poses, "pose", MATRIX, "of the tips in the world: x y z (m), quaternion x y z w")     \
     X(TWISTS, twists, "twist", MATRIX, "of the tips in `frame`: linear, angular, m/s and rad/s")   \

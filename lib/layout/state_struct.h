@@ -58,7 +58,7 @@ enum { SIDE = 1, CHAIN = 2, HAS_BRANCH = 4 };
           "refine: qdd before its corrections; sentinel")                                          \
     ARRAY(num, res, nv, "N m, N", "joint", "refine: residual tau - RNEA(qdd)")                     \
     ARRAY(num, passive_force, nv, "N m, N", "joint",                                               \
-          "load: forces that follow from q and v: damping, "                                       \
+          "load: forces that follow from q and v: damping, friction, "                             \
           "wrenches inside fused joints")                                                          \
     ARRAY(num, sine, nq, "1", "joint", "pose: of q; counts where it is an angle")                  \
     ARRAY(num, cosine, nq, "1", "joint", "pose: of q")                                             \
@@ -220,6 +220,12 @@ TFA_INLINE const body_constants *body_constants_of(const struct state *s, uint32
 TFA_INLINE const body_constants *body_with_payload(const struct state *s, uint32_t i)
 {
     return &s->body[i];
+}
+
+/* Velocity of freedom j in the world */
+static inline num world_velocity(const struct state *s, uint32_t j)
+{
+    return s->boosted ? s->qd[j] + s->boost[j] : s->qd[j];
 }
 
 /* Whether the request has payloads */

@@ -8,6 +8,7 @@
 #ifndef TFA_NUMBER_LANES_H
 #define TFA_NUMBER_LANES_H
 
+#include <math.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -50,6 +51,14 @@ static inline num num_gather(const double *array, size_t stride, const uint32_t 
     return x;
 }
 #define num_lane(x, lane) ((x)[lane])
+
+static inline num num_root(num x)
+{
+    for (int l = 0; l < NUM_LANES; l++)
+        x[l] = (lane_real)sqrt((double)x[l]);
+    return x;
+}
+#define num_sqrt num_root
 
 /* By the numbers of one lane after the other */
 static inline void num_sincos_many(const num *x, num *s, num *c, size_t first, size_t end)

@@ -82,6 +82,7 @@ static void write_sizes(struct text_buffer *t, const tfa_model *m)
         {"FRAMES", "of the model", m->frames},
         {"PATHS", "bodies between each and the world, both included", paths},
         {"DAMPED", "1: damping acts", m->damping != NULL},
+        {"HAS_FRICTION", "1: friction acts", m->friction != NULL},
     };
     for (size_t k = 0; k < sizeof sizes / sizeof *sizes; k++)
         text_append(t, "#define ROBOT_%s %u /* %s */\n", sizes[k].name, sizes[k].value,
@@ -198,9 +199,11 @@ static void write_maps(struct text_buffer *t, const tfa_model *m)
 
 static void write_forces(struct text_buffer *t, const tfa_model *m)
 {
-    text_append(t, "/* armature and damping of each inner freedom */\n");
+    text_append(t, "/* armature, damping and friction of each inner freedom */\n");
     write_array(t, "robot_armature", m->armature, m->freedoms);
     write_array(t, "robot_damping", m->damping, m->damping ? m->freedoms : 0);
+    write_array(t, "robot_friction", m->friction, m->friction ? m->freedoms : 0);
+    text_append(t, "static const double robot_friction_velocity = %a;\n", m->friction_velocity);
 }
 
 /* Doubles in a vector of this machine */

@@ -5,7 +5,8 @@
  *
  * TinyXML recurses into elements, reads past the end after a cut UTF-8 sequence, accepts unbalanced
  * quotes in attribute values, and accepts text that is not XML. This pass matches every tag against
- * the XML grammar and copies tags only; comments, declarations, CDATA and text become blanks.
+ * the XML grammar and copies tags, and the text of <mechanicalReduction>; comments, declarations,
+ * CDATA and other text become blanks.
  */
 #include "urdf/urdf.h"
 
@@ -285,6 +286,19 @@ static bool scan_markup(xml_scanner *g)
     return true;
 }
 
+static bool is_reduction(const xml_scanner *g)
+{
+    static const char name[] = "mechanicalReduction";
+    const size_t length = g->depth > 0 ? (size_t)g->open[g->depth - 1].length : 0;
+    return length == sizeof name - 1 && memcmp(g->open[g->depth - 1].name, name, length) == 0;
+}
+
+/* Copies a byte of a text that is to be a number: what cannot be part of one becomes a '?'. */
+static void keep_number_byte(xml_scanner *g, char c)
+{
+    g->clean[g->at] = is_blank(c) ? c : c > ' ' && c <= '~' && c != '&' ? c : '?';
+}
+
 static bool scan_content(xml_scanner *g)
 {
     while (g->at < g->length) {
@@ -296,6 +310,8 @@ static bool scan_content(xml_scanner *g)
         }
         if (g->depth == 0 && !is_blank(c))
             return BAD_XML(g, "text outside the root element; is this a URDF file?");
+        if (is_reduction(g))
+            keep_number_byte(g, c);
         advance(g, 1);
     }
     return true;

@@ -15,7 +15,7 @@
 namespace tfa
 {
 
-static std::string text_of(double number)
+std::string text_of(double number)
 {
     char text[32];
     snprintf(text, sizeof text, "%g", number);
@@ -268,44 +268,24 @@ static void lint_dynamics(const checked_element &checked, const TiXmlElement &el
     const TiXmlElement *dynamics = checked.only_child(element, "dynamics", TFA_WARNING);
     if (!dynamics)
         return;
-    double damping = 0;
-    double friction = 0;
+    static const char *const numbers[][2] = {{"damping", "negative-damping"},
+                                             {"friction", "negative-friction"}};
     std::string text;
-    checked.number(*dynamics, "damping", text, &damping);
-    checked.number(*dynamics, "friction", text, &friction);
+    for (const auto &[name, code] : numbers) {
+        double value = 0;
+        checked.number(*dynamics, name, text, &value);
+        if (value < 0)
+            checked.report_grouped(TFA_WARNING, *dynamics, code,
+                                   std::string(name) + " " + text_of(value) +
+                                       " is negative and adds energy; correct it");
+    }
     checked.unused_attributes(*dynamics, {"damping", "friction"});
     if (!text.empty())
         out += "<dynamics" + text + "/>";
-    if (damping < 0)
-        checked.report_grouped(TFA_WARNING, *dynamics, "negative-damping",
-                               "damping " + text_of(damping) +
-                                   " is negative and adds energy; correct it");
     if (!dynamics->Attribute("damping") && !dynamics->Attribute("friction"))
         checked.report_grouped(
             TFA_WARNING, *dynamics, "empty-dynamics",
             "<dynamics> has neither damping nor friction; remove it or add them");
-}
-
-/* "drake:rotor_inertia" and "drake:gear_ratio" below `element`: rotor inertia seen by the joint. */
-static double reflected_inertia(const checked_element &checked, const TiXmlElement &element)
-{
-    const TiXmlElement *rotor = checked.only_child(element, "drake:rotor_inertia");
-    const TiXmlElement *gear = checked.only_child(element, "drake:gear_ratio");
-    double inertia = 0;
-    double ratio = 1;
-    std::string unused;
-    if (gear)
-        checked.required_number(*gear, "value", unused, &ratio);
-    if (!rotor || !checked.required_number(*rotor, "value", unused, &inertia))
-        return 0;
-    double reflected = inertia * ratio * ratio;
-    if (!(reflected >= 0) || !std::isfinite(reflected)) {
-        checked.report(TFA_ERROR, *rotor, "bad-armature",
-                       "rotor inertia " + text_of(inertia) + " kg m^2 and gear ratio " +
-                           text_of(ratio) + " give no finite armature; correct them");
-        return 0;
-    }
-    return reflected;
 }
 
 static bool joint_end(const checked_element &checked, const TiXmlElement &element, const char *end,
@@ -359,26 +339,6 @@ void linter::joint(const TiXmlElement &element)
 }
 
 /* --- robot --------------------------------------------------------------------------------- */
-
-void linter::transmission(const TiXmlElement &element)
-{
-    const std::string *name = nullptr;
-    bool rotor = false;
-    for (const TiXmlElement *a = element.FirstChildElement("actuator"); a;
-         a = a->NextSiblingElement("actuator")) {
-        if (!a->FirstChildElement("drake:rotor_inertia"))
-            continue;
-        const TiXmlElement *joint = name ? nullptr : robot_.required(element, "joint");
-        name = joint ? robot_.name(*joint, "name") : name;
-        if (!name)
-            return; /* reported */
-        rotor = true;
-        rotors_.push_back({*name, line_of(*a),
-                           reflected_inertia(checked_element(log_, &found_, "joint", *name), *a)});
-    }
-    if (!rotor) /* rotors are noted by the model, which uses them or not */
-        robot_.not_used("<transmission>", element);
-}
 
 /* Reports the first unexpanded macro: the others have the same cause. */
 static bool report_xacro(const checked_element &checked, const TiXmlElement &robot)

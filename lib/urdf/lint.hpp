@@ -35,6 +35,7 @@ struct joint_source {
     std::string mimic; /* empty: none */
     uint32_t mimic_line;
     double armature;
+    double reduction; /* 0: none */
     uint32_t parent_index;
     uint32_t child_index;
     int32_t mimic_index;
@@ -52,11 +53,18 @@ struct loop_source {
     int32_t index[2]; /* -1: the world */
 };
 
-struct rotor_source {
+/* Of a joint by a <transmission>: the rotor's inertia as seen by the joint, or a reduction */
+struct transmission_source {
     std::string joint;
     uint32_t line;
-    double armature;
+    double value;
 };
+
+/* "%g" */
+std::string text_of(double number);
+
+/* "drake:rotor_inertia" and "drake:gear_ratio" below `element`: rotor inertia seen by the joint. */
+double reflected_inertia(const checked_element &checked, const TiXmlElement &element);
 
 /* Reports "FIRST what: COUNT" if there are any. */
 void report_tally(tfa_urdf_log *log, tfa_severity severity, const char *code, const tally &t,
@@ -90,6 +98,7 @@ class linter
     void joint(const TiXmlElement &element);
     void find_macros(const std::string &link, const TiXmlElement &element);
     void transmission(const TiXmlElement &element);
+    void read_reductions(const TiXmlElement &element);
     void loop_joint(const TiXmlElement &element);
 
     void resolve();
@@ -99,6 +108,7 @@ class linter
                          const index &links);
     void resolve_mimic(joint_source &joint, const index &joints);
     void resolve_rotors(const index &joints);
+    void resolve_reductions(const index &joints);
     void resolve_loops(const index &links);
     size_t text_size() const;
     void append_unused(tfa_unused *unused, char *&strings) const;
@@ -111,7 +121,8 @@ class linter
     std::string out_; /* canonical elements inside <robot> */
     std::vector<link_source> links_;
     std::vector<joint_source> joints_;
-    std::vector<rotor_source> rotors_;
+    std::vector<transmission_source> rotors_;
+    std::vector<transmission_source> reductions_;
     std::vector<loop_source> loops_;
     bool broken_ = false;   /* a link or joint is missing */
     bool resolved_ = false; /* all names have indices */

@@ -79,20 +79,6 @@ void linter::resolve_mimic(joint_source &joint, const index &joints)
         joint.mimic_index = static_cast<int32_t>(at->second);
 }
 
-void linter::resolve_rotors(const index &joints)
-{
-    for (const rotor_source &rotor : rotors_) {
-        auto at = joints.find(rotor.joint);
-        if (at == joints.end())
-            tfa_urdf_report(log_, TFA_ERROR, rotor.line, "unknown-joint",
-                            "joint '%s': a <transmission> has a rotor for it, but it does not "
-                            "exist; correct the name",
-                            rotor.joint.c_str());
-        else
-            joints_[at->second].armature += rotor.armature;
-    }
-}
-
 void linter::resolve()
 {
     resolved_ = !broken_;
@@ -107,6 +93,7 @@ void linter::resolve()
         resolve_mimic(joint, joints);
     }
     resolve_rotors(joints);
+    resolve_reductions(joints);
     index_names(loops_, "constraint");
     resolve_loops(links);
 }
@@ -203,6 +190,7 @@ int linter::finish(tfa_description **skeleton, char **canonical) const
         joint.child = s.child_index;
         joint.mimic = s.mimic_index;
         joint.rotor = s.armature;
+        joint.reduction = s.reduction;
     }
     append_loops(*d, strings);
     *skeleton = d;

@@ -186,6 +186,8 @@ typedef struct config_robot {
     size_t gravity_count; /* 3, or 0 for the default */
     config_armature *armature;
     size_t armature_count;
+    config_armature *rotors; /* kg m^2 */
+    size_t rotors_count;
     uint32_t inertia; /* tfa_inertia_policy */
     uint32_t mimic;   /* tfa_mimic_policy */
     config_scene *scenes;
@@ -197,8 +199,8 @@ typedef struct config_robot {
     uint32_t wait;      /* tfa_wait: default of clients */
     uint32_t slots, max_batch, max_tips;
     uint32_t methods; /* config_methods */
-    double snap;
-    bool rotor_inertia, damping, lock_massless_leaves;
+    double snap, friction_velocity;
+    bool rotor_inertia, damping, friction, lock_massless_leaves;
     bool dds;
     config_robot_ros2 ros2;
 } config_robot;

@@ -54,6 +54,14 @@ static const config_row armature_rows[] = {
     {0}};
 static const config_table armature_table = {armature_rows, sizeof(config_armature)};
 
+static const config_row rotor_rows[] = {
+    {"joint", CONFIG_TEXT, AT(config_armature, joint), .required = true, RELOADABLE,
+     .help = "Name of the joint"},
+    {"value", CONFIG_NUMBER, AT(config_armature, value), .required = true, RELOADABLE, .low = 0,
+     .high = 1e6, .unit = "kg m^2", .help = "Inertia about the rotor's own axis, kg m^2"},
+    {0}};
+static const config_table rotor_table = {rotor_rows, sizeof(config_armature)};
+
 static const config_row lock_rows[] = {
     {"joint", CONFIG_TEXT, AT(config_lock, joint), .required = true, RELOADABLE,
      .help = "Name of the joint"},
@@ -232,6 +240,9 @@ static const config_row robot_rows[] = {
     {"armature", CONFIG_LIST, LIST_AT(config_robot, armature), RELOADABLE, .low = 0,
      .high = 100000, .table = &armature_table,
      .help = "Rotor inertias by joint; URDF cannot say them"},
+    {"rotors", CONFIG_LIST, LIST_AT(config_robot, rotors), RELOADABLE, .low = 0, .high = 100000,
+     .table = &rotor_table,
+     .help = "Rotors by joint: times its reduction in the file squared they add to its armature"},
     {"rotor_inertia", CONFIG_BOOL, AT(config_robot, rotor_inertia), RELOADABLE,
      .default_value = false,
      .help = "Apply drake:rotor_inertia of the file"},
@@ -243,6 +254,11 @@ static const config_row robot_rows[] = {
      .help = "Joints that mimic others: free (ordinary joints), project (exact), lock"},
     {"damping", CONFIG_BOOL, AT(config_robot, damping), RELOADABLE, .default_value = false,
      .help = "Subtract the file's joint damping times velocity from tau"},
+    {"friction", CONFIG_BOOL, AT(config_robot, friction), RELOADABLE, .default_value = false,
+     .help = "Subtract the file's joint friction times a smooth sign of velocity from tau"},
+    {"friction_velocity", CONFIG_NUMBER, AT(config_robot, friction_velocity), RELOADABLE,
+     .low = 0, .high = 1e6, .unit = "rad/s or m/s",
+     .help = "Joints slower than this (rad/s or m/s) have part of their friction; 0: 0.01"},
     {"lock_massless_leaves", CONFIG_BOOL, AT(config_robot, lock_massless_leaves), RELOADABLE,
      .default_value = false,
      .help = "Joints that move nothing with mass become fixed at 0; otherwise they are an error"},

@@ -185,13 +185,13 @@ static void write_scene(FILE *out, const config_scene *scene, const tfa_modes *m
     fputc('}', out);
 }
 
-static void write_armature(FILE *out, const config_robot *c)
+static void write_inertias(FILE *out, const char *key, const config_armature *list, size_t count)
 {
-    fputs("[", out);
-    for (size_t i = 0; i < c->armature_count; i++) {
+    fprintf(out, ", \"%s\": [", key);
+    for (size_t i = 0; i < count; i++) {
         fprintf(out, "%s{\"joint\": ", comma(i));
-        write_text(out, c->armature[i].joint);
-        fprintf(out, ", \"value\": %.17g}", c->armature[i].value);
+        write_text(out, list[i].joint);
+        fprintf(out, ", \"value\": %.17g}", list[i].value);
     }
     fputs("]", out);
 }
@@ -202,13 +202,14 @@ static void write_options(FILE *out, const tfa_robot *robot)
     const tfa_model_summary summary = tfa_model_summarise(robot->model);
     fprintf(out,
             "  \"options\": {\"base\": %d, \"rotor_inertia\": %d, \"damping\": %d, "
+            "\"friction\": %d, \"friction_velocity\": %.17g, "
             "\"lock_massless_leaves\": %d, \"inertia\": %u, \"mimic\": %u, \"snap\": %.17g,\n"
             "    \"gravity\": ",
-            (int)summary.base, c->rotor_inertia, c->damping, c->lock_massless_leaves, c->inertia,
-            c->mimic, c->snap);
+            (int)summary.base, c->rotor_inertia, c->damping, c->friction, c->friction_velocity,
+            c->lock_massless_leaves, c->inertia, c->mimic, c->snap);
     write_numbers(out, summary.gravity, 3);
-    fputs(", \"armature\": ", out);
-    write_armature(out, c);
+    write_inertias(out, "armature", c->armature, c->armature_count);
+    write_inertias(out, "rotors", c->rotors, c->rotors_count);
     fputs(",\n    \"scene\": ", out);
     if (robot->scene)
         write_scene(out, robot->scene, &robot->shared->modes);

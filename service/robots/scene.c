@@ -112,6 +112,7 @@ typedef struct lists {
     tfa_lock *locks;
     tfa_payload *payloads;
     tfa_constraint *constraints;
+    tfa_rotor *rotors;
 } lists;
 
 static void free_lists(lists *l)
@@ -119,6 +120,7 @@ static void free_lists(lists *l)
     free(l->locks);
     free(l->payloads);
     free(l->constraints);
+    free(l->rotors);
 }
 
 static int fill_lock(const tfa_robot_source *s, const tfa_description *d, size_t i, tfa_lock *lock)
@@ -184,6 +186,26 @@ static int fill_constraint(const tfa_robot_source *s, const tfa_description *d, 
     return status == TFA_OK ? fill_frame(s, d, key, &from->second, c, 1) : status;
 }
 
+/* Of the robot, whose armature they are in each scene */
+static int fill_rotors(const tfa_robot_source *s, const tfa_description *d, lists *l,
+                       tfa_scene *scene)
+{
+    const config_robot *robot = s->robot;
+    char key[64];
+    l->rotors = calloc(robot->rotors_count + 1, sizeof *l->rotors);
+    if (!l->rotors)
+        return TFA_E_MEMORY;
+    for (size_t i = 0; i < robot->rotors_count; i++) {
+        snprintf(key, sizeof key, "rotors[%zu].joint", i);
+        if (!find_joint(s, d, key, robot->rotors[i].joint))
+            return TFA_E_JOINT;
+        l->rotors[i] = (tfa_rotor){robot->rotors[i].joint, robot->rotors[i].value};
+    }
+    scene->rotors = l->rotors;
+    scene->rotor_count = robot->rotors_count;
+    return TFA_OK;
+}
+
 static int check_actuated(const tfa_robot_source *s, const tfa_description *d)
 {
     const config_scene *scene = scene_of(s);
@@ -244,7 +266,7 @@ static int fill_scene(const tfa_robot_source *s, const tfa_description *d, lists
                          .constraint_count = from->constraints_count,
                          .actuated = from->actuated,
                          .actuated_count = from->actuated_count};
-    return status;
+    return status == TFA_OK ? fill_rotors(s, d, l, scene) : status;
 }
 
 /* ---- sharing ---- */
@@ -313,11 +335,13 @@ static int create(const tfa_robot_source *s, const tfa_description *d, const tfa
                                        .gravity = gravity_of(s),
                                        .rotor_inertia = robot->rotor_inertia,
                                        .damping = robot->damping,
+                                       .friction = robot->friction,
+                                       .friction_velocity = robot->friction_velocity,
                                        .lock_massless_leaves = robot->lock_massless_leaves,
                                        .snap = robot->snap,
                                        .inertia = (tfa_inertia_policy)robot->inertia,
                                        .mimic = (tfa_mimic_policy)robot->mimic,
-                                       .scene = s->scene ? scene : NULL};
+                                       .scene = scene};
     return tfa_model_create(d, &options, report, model);
 }
 

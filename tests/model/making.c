@@ -87,6 +87,7 @@ CHANGE(origin, h->joint[0].xyz[0] = 1e-9)
 CHANGE(prismatic, h->joint[1].type = TFA_JOINT_PRISMATIC)
 CHANGE(armature, h->joint[1].armature = 1e-6)
 CHANGE(rotor, h->joint[1].rotor = 0.25)
+CHANGE(friction, h->joint[1].friction = 0.25)
 CHANGE(joint_name, h->joint[1].name = "elbov")
 CHANGE(link_name, h->link[3].name = "tooth")
 
@@ -112,6 +113,8 @@ TEST(test_hash)
         {"length of the axis", keep, scale_axis, {0}, SAME},
         {"default gravity, given", keep, keep, {.gravity = standard}, SAME},
         {"rotors asked for, none there", keep, keep, {.rotor_inertia = 1}, SAME},
+        {"friction, not asked for", keep, friction, {0}, SAME},
+        {"friction", friction, friction, {.friction = 1}, OTHER},
         {"rotor, not asked for", keep, rotor, {0}, SAME},
         {"rotor", rotor, rotor, {.rotor_inertia = 1}, OTHER},
         {"mass", keep, mass, {0}, OTHER},
@@ -193,6 +196,30 @@ TEST(test_rotors)
     tfa_model_free(with);
     tfa_model_free(without);
     tfa_report_free(&report);
+}
+
+/* Of a scene: the square of the reduction, 1 without one, which a note says. */
+TEST(test_rotors_of_a_scene)
+{
+    static const tfa_rotor rotors[] = {{"shoulder", 1e-4}, {"elbow", 0.25}};
+    const tfa_scene scene = {.rotors = rotors, .rotor_count = 2};
+    const tfa_model_options options = {.scene = &scene};
+    hand h;
+    hand_arm(&h);
+    h.joint[0].armature = 0.5;
+    h.joint[0].reduction = -100;
+    struct outcome without = hand_outcome(&h, NULL, TFA_SYNTAX_C),
+                   with = hand_outcome(&h, &options, TFA_SYNTAX_C);
+    assert_int_equal(with.status, TFA_OK);
+    assert_true(tfa_model_joint(with.model, 0).armature == 0.5 + 1e-4 * 100 * 100);
+    assert_true(tfa_model_joint(with.model, 1).armature == 0.25);
+    hand_near(first_inertia(with.model) - first_inertia(without.model), 1, 1e-12);
+    assert_string_equal(hand_said(&with, "no-reduction")->text,
+                        "joint 'elbow': the file has no reduction for its rotor, which counts as "
+                        "turning with the joint");
+    assert_memory_not_equal(tfa_model_hash(with.model), tfa_model_hash(without.model), 32);
+    hand_forget(&with);
+    hand_forget(&without);
 }
 
 TEST(test_accessors)

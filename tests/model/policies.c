@@ -356,24 +356,62 @@ TEST(test_massless_followers)
     hand_forget(&o);
 }
 
-TEST(test_damping)
+/* Of damping or friction: read with its option, part of the hash only then. */
+static void check_loss(size_t member, const tfa_model_options *used, const char *bad)
 {
     hand h;
     hand_arm(&h);
-    h.joint[ELBOW].damping = 0.5;
-    const tfa_model_options damped = {.damping = 1};
+    double *const loss = (double *)(void *)((char *)&h.joint[ELBOW] + member);
+    *loss = 0.5;
     struct outcome a = hand_outcome(&h, NULL, TFA_SYNTAX_C),
-                   b = hand_outcome(&h, &damped, TFA_SYNTAX_C);
+                   b = hand_outcome(&h, used, TFA_SYNTAX_C);
     assert_memory_not_equal(tfa_model_hash(a.model), tfa_model_hash(b.model), 32);
     hand_forget(&b);
-    h.joint[ELBOW].damping = 0.25;
+    const tfa_joint_info elbow = tfa_model_joint(b.model, ELBOW);
+    assert_true(elbow.damping == (used->damping ? 0.5 : 0));
+    assert_true(elbow.friction == (used->friction ? 0.5 : 0));
+    *loss = 0.25;
     b = hand_outcome(&h, NULL, TFA_SYNTAX_C);
     assert_memory_equal(tfa_model_hash(a.model), tfa_model_hash(b.model), 32);
     hand_forget(&b);
     hand_forget(&a);
-    h.joint[ELBOW].damping = (double)NAN;
-    b = hand_outcome(&h, &damped, TFA_SYNTAX_C);
-    assert_string_equal(hand_said(&b, "bad-number")->text,
-                        "joint 'elbow': its damping is not finite; correct it");
+    *loss = (double)NAN;
+    b = hand_outcome(&h, used, TFA_SYNTAX_C);
+    assert_string_equal(hand_said(&b, "bad-number")->text, bad);
     hand_forget(&b);
+}
+
+TEST(test_damping_and_friction)
+{
+    const tfa_model_options damped = {.damping = 1}, rubbed = {.friction = 1};
+    check_loss(offsetof(tfa_joint, damping), &damped,
+               "joint 'elbow': its damping is not finite; correct it");
+    check_loss(offsetof(tfa_joint, friction), &rubbed,
+               "joint 'elbow': its friction is not finite; correct it");
+}
+
+TEST(test_friction_velocity)
+{
+    static const double bad[] = {-0.01, 1e-10, (double)NAN, (double)INFINITY};
+    hand h;
+    hand_arm(&h);
+    h.joint[ELBOW].friction = 0.5;
+    tfa_model_options options = {.friction = 1};
+    struct outcome a = hand_outcome(&h, &options, TFA_SYNTAX_C), b;
+    options.friction_velocity = TFA_FRICTION_VELOCITY;
+    b = hand_outcome(&h, &options, TFA_SYNTAX_C);
+    assert_memory_equal(tfa_model_hash(a.model), tfa_model_hash(b.model), 32);
+    hand_forget(&b);
+    options.friction_velocity = TFA_FRICTION_VELOCITY_MIN;
+    b = hand_outcome(&h, &options, TFA_SYNTAX_C);
+    assert_memory_not_equal(tfa_model_hash(a.model), tfa_model_hash(b.model), 32);
+    hand_forget(&b);
+    hand_forget(&a);
+    for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {
+        options.friction_velocity = bad[k];
+        b = hand_outcome(&h, &options, TFA_SYNTAX_C);
+        assert_int_equal(b.status, TFA_E_VALUE);
+        assert_non_null(hand_said(&b, "bad-friction-velocity"));
+        hand_forget(&b);
+    }
 }

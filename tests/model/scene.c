@@ -23,6 +23,7 @@ static void two_arms(hand *h)
         hand_link(h, names[k], 1 + k, 0.1, 0.02 * k, 0);
     hand_joint(h, "rail", TFA_JOINT_PRISMATIC, BASE, CART)->xyz[2] = 0.1;
     hand_joint(h, "turn", TFA_JOINT_REVOLUTE, CART, POST)->xyz[2] = 0.2;
+    h->joint[TURN].reduction = -50;
     hand_joint(h, "l1", TFA_JOINT_REVOLUTE, POST, UPPER_L)->xyz[1] = 0.2;
     hand_joint(h, "l2", TFA_JOINT_PLANAR, UPPER_L, LOWER_L)->xyz[0] = 0.3;
     hand_joint(h, "r1", TFA_JOINT_REVOLUTE, POST, UPPER_R)->xyz[1] = -0.2;
@@ -42,6 +43,9 @@ static const tfa_payload on_nobody[] = {{.link = "nobody", .mass = 1}},
                          negative[] = {{.link = "ball", .mass = -1}},
                          nan_com[] = {{.link = "ball", .mass = 1, .com = {0, (double)NAN, 0}}},
                          indefinite[] = {{.link = "ball", .inertia = {1, 2, 0, 1, 0, 1}}};
+static const tfa_rotor no_rotor[] = {{"nojoint", 1}}, two_rotors[] = {{"turn", 1}, {"turn", 1}},
+                       negative_rotor[] = {{"turn", -1}}, nan_rotor[] = {{"turn", (double)NAN}},
+                       vast_rotor[] = {{"turn", 1e308}};
 
 /* Each is refused with one error. */
 static const struct refusal {
@@ -91,6 +95,25 @@ static const struct refusal {
      "scene-payload",
      "link 'ball': the payload has an inertia with a negative eigenvalue, which no body has; "
      "correct it"},
+    {{.rotors = no_rotor, .rotor_count = 1},
+     "scene-rotor",
+     "joint 'nojoint': the scene has a rotor for it, but the robot has no such joint; correct the "
+     "name; nearest: 'rail', 'turn', 'stand'"},
+    {{.rotors = two_rotors, .rotor_count = 2},
+     "scene-rotor",
+     "joint 'turn': the scene has two rotors for it; remove one"},
+    {{.rotors = negative_rotor, .rotor_count = 1},
+     "scene-rotor",
+     "joint 'turn': rotor inertia -1 kg m^2 and reduction -50 give no finite armature that is not "
+     "negative; correct them"},
+    {{.rotors = nan_rotor, .rotor_count = 1},
+     "scene-rotor",
+     "joint 'turn': rotor inertia nan kg m^2 and reduction -50 give no finite armature that is not "
+     "negative; correct them"},
+    {{.rotors = vast_rotor, .rotor_count = 1},
+     "scene-rotor",
+     "joint 'turn': rotor inertia 1e+308 kg m^2 and reduction -50 give no finite armature that is "
+     "not negative; correct them"},
 };
 
 TEST(test_refused)

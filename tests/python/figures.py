@@ -102,6 +102,38 @@ class Armature(support.Case):
         with self.fails(tf.InputTypeError, "armature"):
             support.load("arm7", armature=[1])
 
+    def test_rotors(self):
+        text = (support.ROBOTS / "arm7.urdf").read_text().replace(
+            "</robot>", "<transmission><joint name='joint_1'/><actuator><mechanicalReduction>-100"
+            "</mechanicalReduction></actuator></transmission></robot>")
+        model = tf.Model.parse(text, rotors={"joint_1": 1e-4, "joint_2": 0.5},
+                               armature={"joint_1": 2})
+        self.assertEqual([j.armature for j in model.joints][:3], [3, 0.5, 0])
+        self.assertIn("no-reduction", [m.code for m in model.messages])
+        for rotors, code in (({"joint_9": 1}, "scene-rotor"), ({"joint_1": -1}, "scene-rotor")):
+            with self.assertRaises(tf.LoadError) as raised:
+                tf.Model.parse(text, rotors=rotors)
+            self.assertIn(code, [m.code for m in raised.exception.messages])
+        with self.fails(tf.InputTypeError, "rotors"):
+            support.load("arm7", rotors=[1])
+
+    def test_friction(self):
+        text = (support.ROBOTS / "arm7.urdf").read_text()
+        v = np.array([0.2, -0.3, 0, 1e-3, 5, -4, 0.01])
+        plain = tf.Model.parse(text, damping=True)
+        text = text.replace("<dynamics ", "<dynamics friction='2' ")
+        model = tf.Model.parse(text, damping=True, friction=True, friction_velocity=0.1)
+        self.assertEqual([(j.damping, j.friction) for j in model.joints],
+                         [(j.damping, 2) for j in plain.joints])
+        self.assertTrue(any(j.damping for j in plain.joints))
+        want = 2 * v / np.sqrt(v**2 + 0.1**2)
+        bias = tf.Workspace(model).bias(np.zeros(7), v)
+        np.testing.assert_allclose(bias.friction_force, want, rtol=1e-14)
+        tau = [tf.Workspace(m).inverse_dynamics(np.zeros(7), v).tau for m in (plain, model)]
+        np.testing.assert_allclose(tau[1] - tau[0], want, rtol=0, atol=1e-13)
+        with self.assertRaises(tf.LoadError):
+            tf.Model.parse(text, friction=True, friction_velocity=-1)
+
 
 if __name__ == "__main__":
     support.main()

@@ -21,6 +21,9 @@ SCENE = {
     "locked": {"FL_hip_joint": 0.1},
     "payload": [{"link": "FL_foot", "mass": 0.5, "com": [0, 0, 0.1]}],
     "damping": True,
+    "friction": True,
+    "friction_velocity": 0.02,
+    "rotors": {"FL_hip_joint": 1e-4},
 }
 
 

@@ -119,8 +119,10 @@ class SameBits(Case):
             (
                 "hand",
                 "fixed",
-                {"mimic": "project", "lock_massless_leaves": True, "damping": True},
-                ["--mimic", "project", "--lock-massless-leaves", "--damping"],
+                {"mimic": "project", "lock_massless_leaves": True, "damping": True,
+                 "friction": True, "rotors": {"swing": 0.25}},
+                ["--mimic", "project", "--lock-massless-leaves", "--damping", "--friction",
+                 "--rotor", "swing=0.25"],
             ),
         ):
             model = tf.Model(data / f"{file}.urdf", base=base, **options)

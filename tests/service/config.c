@@ -117,7 +117,9 @@ TEST(values_arrive)
                "  cpu_dma_latency: 0\nlimits: {clients: 7}\n" ROBOT
                "    base: floating\n    gravity: [0, 0, -1.62]\n    wait: block\n"
                "    precision: f32\n    residual: f128\n"
-               "    armature:\n      - {joint: j1, value: 0.25}\n      - {joint: j2, value: 1}\n");
+               "    armature:\n      - {joint: j1, value: 0.25}\n      - {joint: j2, value: 1}\n"
+               "    rotors: [{joint: j3, value: 1e-4}]\n    friction: yes\n"
+               "    friction_velocity: 0.05\n");
     assert_int_equal(c->workers, 2);
     assert_false(c->allow_spin);
     assert_true(c->realtime.mlock);
@@ -134,6 +136,10 @@ TEST(values_arrive)
     assert_int_equal(c->robots[0].armature_count, 2);
     assert_string_equal(c->robots[0].armature[1].joint, "j2");
     assert_true(c->robots[0].armature[0].value == 0.25);
+    assert_int_equal(c->robots[0].rotors_count, 1);
+    assert_string_equal(c->robots[0].rotors[0].joint, "j3");
+    assert_true(c->robots[0].rotors[0].value == 1e-4);
+    assert_true(c->robots[0].friction && c->robots[0].friction_velocity == 0.05);
 }
 
 #define CONSTRAINT(keys) ROBOT "    scenes: [{name: s, constraints: [{" keys "}]}]\n"
@@ -195,6 +201,8 @@ TEST(errors_name_line_and_column)
         {ROBOT "    residual: double\n", ":4:15: ", "double"},
         {ROBOT "    armature: [{joint: a}]\n", ":4:16: ", "the key 'value' is missing"},
         {ROBOT "    armature: [{joint: a, value: -1}]\n", ":4:34: ", "armature[0].value"},
+        {ROBOT "    rotors: [{joint: a, value: -1}]\n", ":4:32: ", "rotors[0].value"},
+        {ROBOT "    friction_velocity: -1\n", ":4:24: ", "friction_velocity"},
         {ROBOT "  - name: arm\n    urdf: " TFA_SOURCE_DIR "/config/robots/arm7.urdf\n",
          ":4:11: ", "already"},
         {"realtime: {affinity: [0, 0], priority: 9}\nworkers: 2\nallow_spin: no\n" ROBOT,

@@ -186,12 +186,12 @@ TEST(bad_robots_are_named)
     }
 }
 
-TEST(armature_counts)
+static void check_heavy(const char *heavy)
 {
     harness plain, with_payload;
     double a[7], b[7];
     plain = harness_make(ARM, "");
-    with_payload = harness_make(ARM "    armature: [{joint: joint_1, value: 1000}]\n", "");
+    with_payload = harness_make(heavy, "");
     harness_start(&plain, "arm");
     harness_start(&with_payload, "arm");
     SCOPED_CLIENT *light = harness_connect(&plain, "arm", TFA_WAIT_DEFAULT);
@@ -203,6 +203,12 @@ TEST(armature_counts)
                             tfa_client_get_info(slow)->model_hash);
     harness_remove(&plain);
     harness_remove(&with_payload);
+}
+
+TEST(armature_and_rotors_count)
+{
+    check_heavy(ARM "    armature: [{joint: joint_1, value: 1000}]\n");
+    check_heavy(ARM "    rotors: [{joint: joint_1, value: 1000}]\n");
 }
 
 /* One daemon, whose configuration changes: float is another answer, a refined one nearly the

@@ -237,6 +237,8 @@ TEST(mistakes_are_named)
          "joint 'flange_joint': the scene says that it is actuated, but it is fixed in the file"},
         {ARM "    armature: [{joint: joint_8, value: 1}]\n",
          "c.yaml:5:24: robot 'arm': no joint 'joint_8'; nearest: 'joint_"},
+        {ARM "    rotors: [{joint: joint_8, value: 1}]\n",
+         "c.yaml:5:22: robot 'arm': no joint 'joint_8'; nearest: 'joint_"},
         {ARM "    scenes: [{name: s, payload: [{link: tool0, mass: 1, inertia: [1, 0, 0, 1, 0, "
              "-1]}]}]\n",
          "robot 'arm.s'"},

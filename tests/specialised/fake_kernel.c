@@ -146,6 +146,9 @@ static uint32_t solve(const struct tfa_host_api *host, const tfa_request *r, uin
                   robot_armature[v] * freedom(r->qdd, k, v);
         if (ROBOT_DAMPED)
             tau[to] += robot_damping[v] * freedom(r->v, k, v);
+        if (ROBOT_HAS_FRICTION)
+            tau[to] += robot_friction[v] * freedom(r->v, k, v) /
+                       hypot(freedom(r->v, k, v), robot_friction_velocity);
         if (b->parent < 0)
             continue;
         struct body *p = &all[b->parent];

@@ -16,6 +16,7 @@
 
 #define STATES 19 /* two vectors of eight and a rest */
 #define BOUND 1e-13
+#define DERIVATIVES_BOUND 2e-12 /* as in agreement.c */
 
 enum robot { ARM, QUADRUPED };
 
@@ -83,10 +84,25 @@ static void build(struct built *k, const tfa_model *model)
         fail_msg("%s: %s", k->file, folder.error_text);
 }
 
+/* With the damping of the file, and friction of all joints but one */
+static tfa_model *lossy(const char *file, tfa_base base, const double *gravity, double armature)
+{
+    const tfa_model_options options = {
+        .base = base, .gravity = gravity, .damping = 1, .friction = 1, .friction_velocity = 0.3};
+    tfa_description *d = bundled_description(file);
+    for (uint32_t k = 0; k < d->joint_count; k++) {
+        d->joints[k].armature = armature * (k + 1);
+        d->joints[k].friction = 0.7 * k;
+    }
+    tfa_model *model = compiled(d, &options);
+    tfa_description_free(d);
+    return model;
+}
+
 static void open_pair(struct pair *p, enum robot robot)
 {
     struct built *k = &built[robot];
-    p->model = bench_robot(k->file, k->base);
+    p->model = lossy(k->file, k->base, NULL, 0);
     if (!k->path[0])
         build(k, p->model);
     p->path = k->path;
@@ -172,6 +188,35 @@ static tfa_request request_of(struct pair *p, tfa_op op, uint32_t count)
         r.base_wrench = r.base_acceleration = p->in.twist;
     }
     return r;
+}
+
+/* Of a robot that does not float */
+static void ask_derivatives(struct pair *p, uint32_t count)
+{
+    enum { BY = 5, N = 7 };
+    static double got[2][BY][STATES * N * N];
+    tfa_workspace *const w[] = {p->specialised, p->generic};
+    for (int k = 0; k < 2; k++)
+        for (int inverse = 0; inverse < 2; inverse++) {
+            const tfa_request r = request_of(
+                p, inverse ? TFA_OP_INVERSE_DYNAMICS_DERIVATIVES : TFA_OP_DERIVATIVES, count);
+            double(*x)[STATES * N * N] = got[k];
+            tfa_reply reply = {.dqdd_dq = x[0],
+                               .dqdd_dv = x[1],
+                               .dqdd_dtau = x[2],
+                               .dtau_dq = x[3],
+                               .dtau_dv = x[4]};
+            assert_int_equal(tfa_compute(w[k], &r, &reply), TFA_OK);
+        }
+    for (int by = 0; by < BY; by++) {
+        double most = 0, size = 0;
+        for (size_t e = 0; e < (size_t)count * N * N; e++) {
+            most = fmax(most, fabs(got[0][by][e] - got[1][by][e]));
+            size = fmax(size, fabs(got[1][by][e]));
+        }
+        if (!(size > 0 && most <= DERIVATIVES_BOUND * size))
+            fail_msg("derivatives %d differ by %g of %g", by, most, size);
+    }
 }
 
 static void ask_with_tips(struct pair *p, uint32_t count)
@@ -301,6 +346,8 @@ static void ask_everything(enum robot robot)
         ask(p, "inverse dynamics", &inverse);
         const tfa_request mass = request_of(p, TFA_OP_MASS_MATRIX, count);
         ask(p, "mass matrix", &mass);
+        if (robot == ARM)
+            ask_derivatives(p, count);
     }
     ask_with_tips(p, 1);
     ask_with_tips(p, 3);
@@ -376,18 +423,6 @@ TEST(gravity_and_loads_are_inputs)
     free(p);
 }
 
-/* The arm with other rotors, where gravity is another */
-static tfa_model *arm_elsewhere(const double *gravity, double armature)
-{
-    const tfa_model_options options = {.gravity = gravity};
-    tfa_description *d = bundled_description("arm7.urdf");
-    for (uint32_t k = 0; k < d->joint_count; k++)
-        d->joints[k].armature = armature * (k + 1);
-    tfa_model *model = compiled(d, &options);
-    tfa_description_free(d);
-    return model;
-}
-
 /* One kernel for robots that differ in gravity only; not for other rotors. */
 TEST(models_share_a_kernel)
 {
@@ -398,7 +433,7 @@ TEST(models_share_a_kernel)
     tfa_workspace_free(p->specialised);
     tfa_workspace_free(p->generic);
     tfa_model_free(p->model);
-    p->model = arm_elsewhere(moon, 0);
+    p->model = lossy("arm7.urdf", TFA_BASE_FIXED, moon, 0);
     assert_int_equal(tfa_specialised_load(p->path, p->model, &other, p->error_text, 1024), TFA_OK);
     const tfa_workspace_options o = {.specialised = other};
     p->specialised = workspace_for(p->model, &o);
@@ -409,7 +444,7 @@ TEST(models_share_a_kernel)
     ask_for_more(p);
     tfa_specialised_free(p->kernel);
     p->kernel = other;
-    tfa_model *with_rotors = arm_elsewhere(NULL, 0.02);
+    tfa_model *with_rotors = lossy("arm7.urdf", TFA_BASE_FIXED, NULL, 0.02);
     assert_int_equal(tfa_specialised_load(p->path, with_rotors, &other, p->error_text, 1024),
                      TFA_E_UNSUPPORTED);
     tfa_model_free(with_rotors);

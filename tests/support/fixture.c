@@ -82,6 +82,18 @@ static void make_random(uint32_t index, test_robot *robot)
     snprintf(robot->name, sizeof robot->name, "%s, seed %u, %s base", kinds[kind].name,
              (unsigned)robot->seed, robot->base == TFA_BASE_FLOATING ? "floating" : "fixed");
     robot->description = random_robot_create(robot->seed * 1000 + kind, &kinds[kind].options);
+    robot->lossy = kind % 3 != 1;
+    random_source s = {robot->seed};
+    for (size_t j = 0; robot->lossy && j < robot->description->joint_count; j++) {
+        robot->description->joints[j].damping = random_uniform(&s, 0, 0.5);
+        robot->description->joints[j].friction = random_uniform(&s, 0, 1);
+    }
+}
+
+tfa_model_options fixture_options(const test_robot *robot)
+{
+    return (tfa_model_options){
+        .base = robot->base, .damping = robot->lossy, .friction = robot->lossy};
 }
 
 static int load_file(uint32_t index, test_robot *robot, tfa_report *report, bool *own)
@@ -126,6 +138,8 @@ static void open_workspaces(test_robot *robot)
     robot->f128 = fixture_workspace(robot->model, TFA_F128);
     robot->o = oracle_create(robot->description, robot->base);
     assert_non_null(robot->o);
+    oracle_use_damping(robot->o, robot->lossy);
+    oracle_use_friction(robot->o, robot->lossy ? TFA_FRICTION_VELOCITY : 0);
     robot->n = oracle_freedoms(robot->o);
     robot->nv = oracle_v_count(robot->o);
     robot->nq = oracle_q_count(robot->o);
@@ -137,7 +151,7 @@ static void open_workspaces(test_robot *robot)
 /* Compiles and opens robot->description. 1; -1 when the library refuses it. */
 static int open_model(test_robot *robot, tfa_report *report, bool own)
 {
-    const tfa_model_options options = {.base = robot->base};
+    const tfa_model_options options = fixture_options(robot);
     if (tfa_model_create(robot->description, &options, report, &robot->model) != TFA_OK) {
         give_up(robot, report, own);
         fixture_close(robot);
@@ -160,7 +174,8 @@ void fixture_constrained(const test_robot *robot, void (*law)(test_robot *constr
     };
     for (uint32_t count = 2; count > 0; count--) {
         const tfa_scene scene = {.constraints = constraints, .constraint_count = count};
-        const tfa_model_options options = {.base = robot->base, .scene = &scene};
+        tfa_model_options options = fixture_options(robot);
+        options.scene = &scene;
         tfa_report report = {0};
         test_robot constrained = *robot;
         const int status =

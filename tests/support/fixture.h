@@ -18,6 +18,7 @@ typedef struct test_robot {
     uint64_t seed;
     bool random; /* made here, not read from a file */
     bool lent;   /* the description is another's */
+    bool lossy;  /* damping and friction act */
     tfa_base base;
     tfa_description *description;
     oracle *o;
@@ -43,6 +44,9 @@ void fixture_close(test_robot *robot);
 /** Calls `law` for the robot with two constraints, from the world to its last link and between its
  *  last and its middle link, as far as the library takes them; its workspaces have none. */
 void fixture_constrained(const test_robot *robot, void (*law)(test_robot *constrained));
+
+/** The options of its model */
+tfa_model_options fixture_options(const test_robot *robot);
 
 /** A workspace in memory full of NaN: what is read before it is written spoils the answer.
  * Release with tfa_workspace_free. */

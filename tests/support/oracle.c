@@ -152,6 +152,11 @@ void oracle_use_damping(oracle *o, uint32_t use)
     o->damped = use;
 }
 
+void oracle_use_friction(oracle *o, double velocity)
+{
+    o->friction_velocity = velocity;
+}
+
 /* ---- equations ---- */
 
 /* Velocity of the point of `link` that is now at `point`, per unit of each freedom that moves it.
@@ -377,6 +382,8 @@ void oracle_set_state(oracle *o, const tfa_request *r, uint32_t state)
         if (o->tie[k].to != ORACLE_STILL)
             o->moving.kinetic += j->armature * o->v[k] * o->v[k] / 2;
         o->h[k] += o->damped ? j->damping * o->v[k] : 0;
+        const quad s = o->friction_velocity;
+        o->h[k] += s > 0 ? j->friction * o->v[k] / quad_sqrt(o->v[k] * o->v[k] + s * s) : 0;
     }
     tie(o);
     factorise(o);

@@ -47,6 +47,9 @@ void oracle_tie_freedoms(oracle *o, const oracle_tie *ties, uint32_t rows);
 /** From the next state on joints resist with damping times velocity: part of h. Off at first. */
 void oracle_use_damping(oracle *o, uint32_t use);
 
+/** The same with friction times v / sqrt(v^2 + velocity^2); velocity 0: off. */
+void oracle_use_friction(oracle *o, double velocity);
+
 /**
  * Takes state `state` of the request (q, v, base, gravity, wrenches, payloads; tips, wrench_frames
  * and payload_frames are indices of links) and builds poses, Jacobians, M and h. gravity NULL:

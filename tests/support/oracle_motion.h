@@ -50,6 +50,7 @@ struct oracle {
     struct freedom *freedom;
     oracle_tie *tie;     /* n: what becomes of each freedom */
     uint32_t damped;     /* 1: h holds the damping of the joints */
+    quad friction_velocity; /* h holds their friction; 0: it does not */
     uint32_t rows;       /* freedoms left: length of the answers, base included */
     quad *M, *h;         /* n x n, n: of all freedoms */
     quad *Mt, *LDL, *ht; /* rows x rows, rows x rows, rows: T^T M T, its factors, T^T h */

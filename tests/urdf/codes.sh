@@ -18,6 +18,7 @@ cat $(find "$@" -name '*.expect') | sed -n 's/.* \[\([a-z-]*\)\]$/\1/p' | sort -
 # faults of side files (tests/modes).
 cat >"$work/program" <<'END'
 bad-base
+bad-friction-velocity
 bad-gravity
 bad-policy
 bad-quaternion

@@ -33,7 +33,19 @@ const urdf_fault urdf_joint_faults[] = {
      4, BAD, "joint 'j': damping=\"1,0\" of <dynamics> " NOT_A_NUMBER},
     {"negative damping", TWO("continuous", "<dynamics damping=\"-1\"/>"), TFA_OK, TFA_WARNING, 4,
      "negative-damping", "joint 'j': damping -1 is negative and adds energy; correct it"},
+    {"negative friction", TWO("continuous", "<dynamics friction=\"-2\"/>"), TFA_OK, TFA_WARNING, 4,
+     "negative-friction", "joint 'j': friction -2 is negative and adds energy; correct it"},
     {"friction", TWO("continuous", "<dynamics friction=\"1\"/>"), TFA_OK, -1, 0, "", ""},
+    {"reduction that is no number",
+     ROBOT(LINK("a") "<transmission><joint name=\"x\"/><actuator><mechanicalReduction>1:50"
+                     "</mechanicalReduction></actuator></transmission>"),
+     TFA_OK, TFA_WARNING, 3, "bad-reduction",
+     "joint 'x': <mechanicalReduction> \"1:50\" is not a number other than 0 and does not count; "
+     "correct it"},
+    {"reduction of nobody",
+     ROBOT(LINK("a") "<transmission><joint name=\"x\"/><actuator><mechanicalReduction>50"
+                     "</mechanicalReduction></actuator></transmission>"),
+     TFA_OK, -1, 0, "", ""},
     {"negative rotor inertia", TWO("continuous", "<drake:rotor_inertia value=\"-1\"/>"),
      TFA_E_PARSE, TFA_ERROR, 4, "bad-armature",
      "joint 'j': rotor inertia -1 kg m^2 and gear ratio 1 give no finite armature; correct them"},

@@ -287,6 +287,37 @@ TEST(test_line_ends)
     tfa_description_free(unix_style);
 }
 
+/* Of the actuator, of the joint, of the transmission; the first one counts, and of an actuator of
+ * several joints none. A comment and blanks do not matter. */
+TEST(test_reductions)
+{
+    static const char transmissions[] =
+        "<transmission><type>t</type><joint name=\"i\"><hardwareInterface>e</hardwareInterface>"
+        "</joint><actuator name=\"i\"> <mechanicalReduction> -1.5e2<!-- turns -->\n"
+        "</mechanicalReduction></actuator></transmission>"
+        "<transmission><joint name=\"j\"><mechanicalReduction>50.25</mechanicalReduction></joint>"
+        "<actuator><mechanicalReduction>-50.25</mechanicalReduction></actuator></transmission>"
+        "<transmission><mechanicalReduction>7</mechanicalReduction><joint name=\"k\"/>"
+        "</transmission><transmission><joint name=\"k\"/>"
+        "<actuator><mechanicalReduction>8</mechanicalReduction></actuator></transmission>"
+        "<transmission><joint name=\"l\"/><joint name=\"m\"><mechanicalReduction>3"
+        "</mechanicalReduction></joint><actuator><mechanicalReduction>9</mechanicalReduction>"
+        "</actuator></transmission></robot>";
+    static const char robot[] = ROBOT(LINK("a") LINK("b") JOINT("i", "continuous", "a", "b", "")
+                                          LINK("c") JOINT("j", "continuous", "b", "c", "") LINK("d")
+                                              JOINT("k", "continuous", "c", "d", "") LINK("e")
+                                                  JOINT("l", "continuous", "d", "e", "") LINK("f")
+                                                      JOINT("m", "continuous", "e", "f", ""));
+    static const double want[] = {-150, 50.25, 7, 0, 3};
+    char text[sizeof robot + sizeof transmissions];
+    const int length = (int)(strstr(robot, "</robot>") - robot);
+    snprintf(text, sizeof text, "%.*s%s", length, robot, transmissions);
+    tfa_description *d = parse_urdf(text);
+    for (size_t j = 0; j < sizeof want / sizeof *want; j++)
+        assert_same(d->joints[j].reduction, want[j]);
+    tfa_description_free(d);
+}
+
 /* rotor = rotor inertia times the gear ratio squared, summed over a joint's actuators */
 TEST(test_rotors)
 {

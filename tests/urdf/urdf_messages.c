@@ -95,14 +95,16 @@ const urdf_case urdf_messages[] = {
     {"planar / floating", "planar and floating; tests/urdf/test_values.c:test_document_order; "
                           "tests/engine/requests.c:joint quaternion"},
     {"joint damping", "damping; negative damping; malformed damping; friction; "
+                      "negative friction; "
                       "friction of two joints; malformed friction; empty dynamics; "
                       "tests/urdf/corpus/damping.expect:--damping uses it; "
-                      "tests/urdf/corpus/friction.expect:not used; "
+                      "tests/urdf/corpus/friction.expect:--friction uses it; "
                       "tests/model/messages.c:test_unused; "
                       "tests/urdf/test_values.c:test_damping_and_friction; "
-                      "tests/model/policies.c:test_damping"},
+                      "tests/model/policies.c:test_damping_and_friction"},
     {"rotor inertia", "negative rotor inertia; malformed rotor inertia; rotor of nobody; "
-                      "two rotors of nobody; "
+                      "two rotors of nobody; reduction that is no number; reduction of nobody; "
+                      "tests/urdf/test_values.c:test_reductions; "
                       "tests/urdf/corpus/rotor_inertia.expect:--rotor-inertia uses it; "
                       "tests/urdf/test_values.c:test_rotors; "
                       "tests/model/making.c:test_rotors"},

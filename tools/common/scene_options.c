@@ -19,11 +19,14 @@ enum {
     KEY_INERTIA,
     KEY_ROTOR,
     KEY_DAMPING,
+    KEY_FRICTION,
+    KEY_FRICTION_VELOCITY,
     KEY_MASSLESS,
     KEY_LOCK,
     KEY_ROOT,
     KEY_TIP,
     KEY_PAYLOAD,
+    KEY_ROTORS,
     KEY_SNAP,
     KEY_MODES,
     KEY_CONSTRAINTS,
@@ -52,6 +55,13 @@ static const struct argp_option option_table[] = {
     {.name = "damping",
      .key = KEY_DAMPING,
      .doc = "Apply the damping of the file (left out unless asked for)"},
+    {.name = "friction",
+     .key = KEY_FRICTION,
+     .doc = "Apply the friction of the file (left out unless asked for)"},
+    {.name = "friction-velocity",
+     .key = KEY_FRICTION_VELOCITY,
+     .arg = "V",
+     .doc = "Joints slower than V rad/s or m/s have part of their friction, at rest none (0.01)"},
     {.name = "lock-massless-leaves",
      .key = KEY_MASSLESS,
      .doc = "Lock joints that move nothing with mass (an error unless asked for)"},
@@ -74,6 +84,11 @@ static const struct argp_option option_table[] = {
      .key = KEY_PAYLOAD,
      .arg = "LINK:MASS[,X,Y,Z[,IXX,IXY,IXZ,IYY,IYZ,IZZ]]",
      .doc = "Load on a link: kg, its centre of mass in m, its inertia about that in kg m^2"},
+    {.name = "rotor",
+     .key = KEY_ROTORS,
+     .arg = "JOINT=INERTIA",
+     .doc = "Inertia of a motor's rotor, kg m^2, times the square of the joint's reduction in the "
+            "file added to its armature"},
     {.name = "modes",
      .key = KEY_MODES,
      .arg = "FILE",
@@ -82,7 +97,8 @@ static const struct argp_option option_table[] = {
      .key = KEY_CONSTRAINTS,
      .arg = "FILE",
      .doc = "Closed loops, contacts and joints with a motor, as YAML"},
-    {.doc = "--lock, --tip, --payload, --modes and --constraints may be given several times."},
+    {.doc = "--lock, --tip, --payload, --rotor, --modes and --constraints may be given several "
+            "times."},
     {0}};
 
 /* One more of a list; ends the program without memory. */
@@ -152,6 +168,22 @@ static void add_payload(struct argp_state *state, scene_options *o, char *text)
     memcpy(payload->inertia, n + 4, sizeof payload->inertia);
 }
 
+static void add_rotor(struct argp_state *state, scene_options *o, char *text)
+{
+    const char *number = split(state, "rotor", text, '=', "JOINT=INERTIA");
+    o->rotors = grow(state, o->rotors, o->rotor_count, sizeof *o->rotors);
+    o->rotors[o->rotor_count++] = (tfa_rotor){text, option_double(state, "rotor", number)};
+}
+
+static double read_friction_velocity(struct argp_state *state, const char *text)
+{
+    const double v = option_double(state, "friction-velocity", text);
+    if (v < TFA_FRICTION_VELOCITY_MIN)
+        argp_error(state, "--friction-velocity: %s is no velocity from %g rad/s or m/s on", text,
+                   TFA_FRICTION_VELOCITY_MIN);
+    return v;
+}
+
 void scene_options_finish(scene_options *o)
 {
     o->scene.locks = o->lock_list;
@@ -160,18 +192,21 @@ void scene_options_finish(scene_options *o)
     o->scene.tip_count = o->tip_count;
     o->scene.payloads = o->payloads;
     o->scene.payload_count = o->payload_count;
+    o->scene.rotors = o->rotors;
+    o->scene.rotor_count = o->rotor_count;
     o->scene.modes = o->modes.links;
     o->scene.modes_count = o->modes.count;
     o->scene.constraints = o->constraints.list;
     o->scene.constraint_count = o->constraints.count;
     o->scene.actuated = o->constraints.actuated;
     o->scene.actuated_count = o->constraints.actuated_count;
-    if (o->scene.root || o->lock_count || o->tip_count || o->payload_count || o->modes.count ||
-        o->constraints.count || o->constraints.actuated_count)
+    if (o->scene.root || o->lock_count || o->tip_count || o->payload_count || o->rotor_count ||
+        o->modes.count || o->constraints.count || o->constraints.actuated_count)
         o->model.scene = &o->scene;
 }
 
-static error_t parse_option(int key, char *text, struct argp_state *state)
+/* How the file becomes a model. @return 0, or ARGP_ERR_UNKNOWN */
+static error_t parse_policy(int key, char *text, struct argp_state *state)
 {
     scene_options *o = state->input;
     switch (key) {
@@ -195,6 +230,12 @@ static error_t parse_option(int key, char *text, struct argp_state *state)
     case KEY_DAMPING:
         o->model.damping = 1;
         return 0;
+    case KEY_FRICTION:
+        o->model.friction = 1;
+        return 0;
+    case KEY_FRICTION_VELOCITY:
+        o->model.friction_velocity = read_friction_velocity(state, text);
+        return 0;
     case KEY_MASSLESS:
         o->model.lock_massless_leaves = 1;
         return 0;
@@ -203,6 +244,15 @@ static error_t parse_option(int key, char *text, struct argp_state *state)
         if (o->model.snap < 0 || o->model.snap > TFA_SNAP_MAX)
             argp_error(state, "--snap: %s is not an angle from 0 to %g rad", text, TFA_SNAP_MAX);
         return 0;
+    default:
+        return ARGP_ERR_UNKNOWN;
+    }
+}
+
+static error_t parse_option(int key, char *text, struct argp_state *state)
+{
+    scene_options *o = state->input;
+    switch (key) {
     case KEY_LOCK:
         add_lock(state, o, text);
         return 0;
@@ -217,6 +267,9 @@ static error_t parse_option(int key, char *text, struct argp_state *state)
     case KEY_PAYLOAD:
         add_payload(state, o, text);
         return 0;
+    case KEY_ROTORS:
+        add_rotor(state, o, text);
+        return 0;
     case KEY_MODES:
         add_name(state, &o->modes_files, &o->modes_count, text);
         return 0;
@@ -227,7 +280,7 @@ static error_t parse_option(int key, char *text, struct argp_state *state)
         scene_options_finish(o);
         return 0;
     default:
-        return ARGP_ERR_UNKNOWN;
+        return parse_policy(key, text, state);
     }
 }
 
@@ -301,6 +354,7 @@ void scene_options_free(scene_options *options)
     free(options->lock_list);
     free(options->tips);
     free(options->payloads);
+    free(options->rotors);
     free(options->modes_files);
     tfa_modes_free(&options->modes);
     free(options->constraints_files);

@@ -37,6 +37,13 @@ static void print_name(const char *name)
     fputs("\"\n", stdout);
 }
 
+static void print_number_key(const char *key, double number)
+{
+    printf("    %s: ", key);
+    jsonl_print_number(stdout, number);
+    fputc('\n', stdout);
+}
+
 static void print_robot(const tfa_model *model, const char *file, const scene_options *o)
 {
     const tfa_model_options *m = &o->model;
@@ -58,12 +65,22 @@ static void print_robot(const tfa_model *model, const char *file, const scene_op
         puts("    rotor_inertia: true");
     if (m->damping)
         puts("    damping: true");
+    if (m->friction)
+        puts("    friction: true");
+    if (m->friction_velocity > 0)
+        print_number_key("friction_velocity", m->friction_velocity);
     if (m->lock_massless_leaves)
         puts("    lock_massless_leaves: true");
-    if (m->snap > 0) {
-        fputs("    snap: ", stdout);
-        jsonl_print_number(stdout, m->snap);
-        fputc('\n', stdout);
+    if (m->snap > 0)
+        print_number_key("snap", m->snap);
+    if (o->rotor_count)
+        puts("    rotors:");
+    for (uint32_t k = 0; k < o->rotor_count; k++) {
+        fputs("      - {joint: ", stdout);
+        jsonl_print_string(stdout, o->rotors[k].joint);
+        fputs(", value: ", stdout);
+        jsonl_print_number(stdout, o->rotors[k].inertia);
+        puts("}");
     }
 }
 

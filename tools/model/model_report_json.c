@@ -121,10 +121,11 @@ static void add_joints(json_t *root, const tfa_model *model)
         json_array_append_new(names, text_of(joint.name));
         json_array_append_new(
             details,
-            json_pack("{so ss si si si si si sf}", "name", text_of(joint.name), "type",
+            json_pack("{so ss si si si si si sf sf sf}", "name", text_of(joint.name), "type",
                       tfa_joint_type_describe(joint.type).name, "q_index", (int)joint.q_index,
                       "q_count", (int)joint.q_count, "v_index", (int)joint.v_index, "v_count",
-                      (int)joint.v_count, "body", (int)joint.body, "armature", joint.armature));
+                      (int)joint.v_count, "body", (int)joint.body, "armature", joint.armature,
+                      "damping", joint.damping, "friction", joint.friction));
     }
     json_object_set_new(root, "joints", names);
     json_object_set_new(root, "joint_details", details);
@@ -238,10 +239,12 @@ static json_t *plan(const tfa_model *model, const tfa_model_summary *s)
 
 static json_t *policies(const tfa_model_options *o)
 {
-    return json_pack("{ss ss sb sb sb sf}", "mimic", tfa_word(TFA_WORDS_MIMIC, o->mimic), "inertia",
-                     tfa_word(TFA_WORDS_INERTIA, o->inertia), "rotor_inertia",
+    return json_pack("{ss ss sb sb sb sf sb sf}", "mimic", tfa_word(TFA_WORDS_MIMIC, o->mimic),
+                     "inertia", tfa_word(TFA_WORDS_INERTIA, o->inertia), "rotor_inertia",
                      (int)o->rotor_inertia, "damping", (int)o->damping, "lock_massless_leaves",
-                     (int)o->lock_massless_leaves, "snap", o->snap);
+                     (int)o->lock_massless_leaves, "snap", o->snap, "friction", (int)o->friction,
+                     "friction_velocity",
+                     o->friction_velocity > 0 ? o->friction_velocity : TFA_FRICTION_VELOCITY);
 }
 
 static json_t *scene(const tfa_scene *s)

@@ -18,9 +18,9 @@ static void print_policies(const model_report *r)
 {
     const tfa_model_options *o = &r->options->model;
     const tfa_scene *scene = o->scene;
-    printf("  policies: mimic %s, inertia %s%s%s%s\n", tfa_word(TFA_WORDS_MIMIC, o->mimic),
+    printf("  policies: mimic %s, inertia %s%s%s%s%s\n", tfa_word(TFA_WORDS_MIMIC, o->mimic),
            tfa_word(TFA_WORDS_INERTIA, o->inertia), o->rotor_inertia ? ", rotor inertia" : "",
-           o->damping ? ", damping" : "",
+           o->damping ? ", damping" : "", o->friction ? ", friction" : "",
            o->lock_massless_leaves ? ", massless leaves locked" : "");
     if (o->snap > 0)
         printf("  right angles within %g rad are exact\n", o->snap);
@@ -76,6 +76,10 @@ static void print_joints(const tfa_model *model)
                tfa_model_body_name(model, joint.body));
         if (joint.armature > 0)
             printf("  armature %g", joint.armature);
+        if (joint.damping != 0)
+            printf("  damping %g", joint.damping);
+        if (joint.friction != 0)
+            printf("  friction %g", joint.friction);
         putchar('\n');
     }
 }

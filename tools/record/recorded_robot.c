@@ -116,6 +116,7 @@ typedef struct scene_lists {
     const char **tips;
     tfa_lock *locks;
     tfa_payload *payloads;
+    tfa_rotor *rotors;
     tfa_modes modes;
     tfa_constraints constraints;
 } scene_lists;
@@ -125,6 +126,7 @@ static void free_scene(scene_lists *s)
     free(s->tips);
     free(s->locks);
     free(s->payloads);
+    free(s->rotors);
     tfa_modes_free(&s->modes);
     tfa_constraints_free(&s->constraints);
 }
@@ -157,6 +159,23 @@ static int read_constraints(const json_t *json, tfa_constraints *constraints, tf
                : TFA_OK;
     free(text);
     return status;
+}
+
+/* @return TFA_OK, TFA_E_MEMORY */
+static int read_rotors(const json_t *list, scene_lists *s)
+{
+    const size_t count = json_array_size(list);
+    s->rotors = calloc(count + 1, sizeof *s->rotors);
+    if (!s->rotors)
+        return TFA_E_MEMORY;
+    for (size_t i = 0; i < count; i++) {
+        const json_t *from = json_array_get(list, i);
+        s->rotors[i].joint = or_empty(text_of(from, "joint"));
+        s->rotors[i].inertia = json_number_value(json_object_get(from, "value"));
+    }
+    s->scene.rotors = s->rotors;
+    s->scene.rotor_count = count;
+    return TFA_OK;
 }
 
 /* @return TFA_OK, TFA_E_MEMORY */
@@ -234,16 +253,20 @@ static int compile(const json_t *json, tfa_description *description, tfa_report 
             read_constraints(json_object_get(scene, "constraints"), &lists.constraints, report);
     if (status == TFA_OK && json_is_object(scene))
         status = read_scene(scene, &lists);
-    const tfa_model_options options = {.base = (tfa_base)number_of(json, "base"),
-                                       .gravity = gravity,
-                                       .rotor_inertia = number_of(json, "rotor_inertia"),
-                                       .damping = number_of(json, "damping"),
-                                       .lock_massless_leaves =
-                                           number_of(json, "lock_massless_leaves"),
-                                       .inertia = (tfa_inertia_policy)number_of(json, "inertia"),
-                                       .mimic = (tfa_mimic_policy)number_of(json, "mimic"),
-                                       .snap = json_number_value(json_object_get(json, "snap")),
-                                       .scene = json_is_object(scene) ? &lists.scene : NULL};
+    if (status == TFA_OK)
+        status = read_rotors(json_object_get(json, "rotors"), &lists);
+    const tfa_model_options options = {
+        .base = (tfa_base)number_of(json, "base"),
+        .gravity = gravity,
+        .rotor_inertia = number_of(json, "rotor_inertia"),
+        .damping = number_of(json, "damping"),
+        .friction = number_of(json, "friction"),
+        .friction_velocity = json_number_value(json_object_get(json, "friction_velocity")),
+        .lock_massless_leaves = number_of(json, "lock_massless_leaves"),
+        .inertia = (tfa_inertia_policy)number_of(json, "inertia"),
+        .mimic = (tfa_mimic_policy)number_of(json, "mimic"),
+        .snap = json_number_value(json_object_get(json, "snap")),
+        .scene = &lists.scene};
     if (status == TFA_OK)
         status = tfa_model_create(description, &options, report, model);
     free_scene(&lists);

@@ -230,7 +230,7 @@ int TFA_V(answer_constrained)(struct state *s, const tfa_request *r, uint32_t k,
 static int unload_velocities(struct state *s, uint32_t k, tfa_reply *reply)
 {
     for (uint32_t j = 0; j < s->freedoms; j++)
-        s->dx[j] = s->qd[j] + (s->boosted ? s->boost[j] : num_of(0)) + s->qdd[j];
+        s->dx[j] = world_velocity(s, j) + s->qdd[j];
     return TFA_V(unload)(s, s->dx, reply->base_twist ? reply->base_twist + 6 * (size_t)k : NULL,
                          reply->v ? reply->v + (size_t)s->m->v_count * k : NULL);
 }

@@ -9,6 +9,7 @@
 #include "dynamics/derivatives/derivatives_step.h"
 #include "dynamics/kinematics/centroid.h"
 #include "dynamics/kinematics/world_pose.h"
+#include "spatial/friction.h"
 
 vec3 TFA_V(derivatives_origin)(struct state *s)
 {
@@ -123,6 +124,19 @@ static void held_pairs(struct state *s, const struct held_wrench *w,
         }
 }
 
+static void add_dissipation(const struct state *s, const struct derivative_pairs *p)
+{
+    const struct tfa_model *m = s->m;
+    const num scale = num_of(m->friction_velocity);
+    for (uint32_t j = m->base_freedoms; j < s->freedoms; j++) {
+        num multiplier, slope = num_of(m->damping ? m->damping[j] : 0);
+        (void)TFA_V(reduced_freedom)(m, j, &multiplier);
+        if (m->friction)
+            slope += num_of(m->friction[j]) * friction_slope(world_velocity(s, j), scale);
+        *entry(p, p->dv, j, j) += multiplier * multiplier * slope;
+    }
+}
+
 void TFA_V(inverse_derivatives)(struct state *s, const struct inverse_derivatives *d)
 {
     const struct derivative_pairs p = {d->dq,         d->dv,           d->stride, s->freedom_terms,
@@ -136,9 +150,6 @@ void TFA_V(inverse_derivatives)(struct state *s, const struct inverse_derivative
     for (uint32_t k = 0; k < d->held_count; k++)
         if (d->held[k].frame != TFA_FRAME_LOCAL)
             held_pairs(s, &d->held[k], &p);
-    for (uint32_t j = s->m->base_freedoms; s->m->damping && j < s->freedoms; j++) {
-        num multiplier;
-        (void)TFA_V(reduced_freedom)(s->m, j, &multiplier);
-        *entry(&p, p.dv, j, j) += multiplier * multiplier * num_of(s->m->damping[j]);
-    }
+    if (s->m->damping || s->m->friction)
+        add_dissipation(s, &p);
 }

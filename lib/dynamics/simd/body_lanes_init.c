@@ -240,6 +240,7 @@ static void find_request_indices(struct lane_builder *k, const uint32_t *of, uin
             f->from.lane[l] = m->freedom[j - m->base_freedoms].from;
             f->lane_mask |= (uint32_t)(row_of(k->p, k->step)[l] >= 0) << l;
             s->lane_damping[v + e][l] = m->damping ? m->damping[j] : 0;
+            s->lane_friction[v + e][l] = m->friction ? m->friction[j] : 0;
         }
     }
 }

@@ -21,6 +21,7 @@
 #include "dynamics/simd/segment_lanes_layout.h"
 #include "interface/parallel_for.h"
 #include "spatial/dense.h"
+#include "spatial/friction.h"
 
 /* As in scan_segment.c. */
 #define OVERLAP 2u
@@ -87,6 +88,9 @@ static void load_request(struct segment_lanes *s, uint32_t g)
         s->tau[t] = (tau ? num_gather(tau, 1, body_constants->from) : num_of(0)) -
                     body_constants->damping * s->qd[t];
     }
+    for (size_t t = first; s->m->friction && t < first + s->steps; t++)
+        s->tau[t] -= s->body_constants[t].friction *
+                     friction_sign(s->qd[t], num_of(s->m->friction_velocity));
     num_sincos_many(s->q, s->sine, s->cosine, first, first + s->steps);
 }
 

@@ -21,7 +21,7 @@ struct body_constants {
     num mass;
     vec3 h;
     sym3 I;
-    num damping;
+    num damping, friction;
     num outboard;             /* of a rotation (model/sizes.h) */
     uint32_t from[NUM_LANES]; /* where q, v, tau and qdd of their joints stand in a request */
 };
@@ -107,13 +107,15 @@ static inline void set_body_constants(const struct segment_lanes *s,
                                       int64_t at)
 {
     const tfa_model *m = s->m;
+    const double none = 0;
     const struct tfa_body *b = at < 0 ? &unit : &m->body[m->chain[0].body[at]];
     put_lane(&body_constants->E.xx, b->E, 9, lane);
     put_lane(&body_constants->r.x, b->r, 3, lane);
     put_lane(&body_constants->mass, &b->mass, 1, lane);
     put_lane(&body_constants->h.x, b->h, 3, lane);
     put_lane(&body_constants->I.xx, b->I, 6, lane);
-    put_lane(&body_constants->damping, at >= 0 && m->damping ? &m->damping[b->v] : &(double){0}, 1,
+    put_lane(&body_constants->damping, at >= 0 && m->damping ? &m->damping[b->v] : &none, 1, lane);
+    put_lane(&body_constants->friction, at >= 0 && m->friction ? &m->friction[b->v] : &none, 1,
              lane);
     put_lane(&body_constants->outboard, b->outboard, 1, lane);
     body_constants->from[lane] = at < 0 ? 0 : m->freedom[b->v].from;

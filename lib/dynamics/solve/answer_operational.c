@@ -3,7 +3,8 @@
  *
  * Operational-space dynamics (Khatib 1987):
  *
- *     mu = Lambda (J M^-1 (velocity + damping + external) - J-dot v),   p = Lambda J M^-1 gravity
+ *     mu = Lambda (J M^-1 (velocity + damping + friction + external) - J-dot v)
+ *     p = Lambda J M^-1 gravity
  *
  * and task torques: with the posture torques tau_0 the tips would have x0 = J qdd_0 + J-dot v with
  * qdd_0 = M^-1 (tau_0 - h), so that
@@ -154,7 +155,7 @@ static int answer_mu(struct state *s, const tfa_request *r, uint32_t k, tfa_repl
     num *bias = task_vector(s, ERROR), *mu = task_vector(s, FORCE);
     TFA_V(external_force)(s, s->tau);
     TFA_V(velocity_force)(s, s->res);
-    TFA_V(damping_force)(s, s->dx);
+    TFA_V(dissipative_force)(s, s->dx);
     for (uint32_t j = 0; j < s->freedoms; j++)
         s->res[j] += s->tau[j] + s->dx[j];
     for (uint32_t t = 0; t < s->tips; t++) {

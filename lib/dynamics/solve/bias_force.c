@@ -40,29 +40,34 @@ void TFA_V(velocity_force)(struct state *s, num *out)
     s->gravity = gravity;
 }
 
-/* Velocity of freedom j in the world */
-static num velocity_of(const struct state *s, uint32_t j)
-{
-    return s->boosted ? s->qd[j] + s->boost[j] : s->qd[j];
-}
-
 void TFA_V(damping_force)(const struct state *s, num *out)
 {
     zero(s, out);
     for (uint32_t j = s->m->base_freedoms; s->m->damping && j < s->freedoms; j++)
-        out[j] = num_of(s->m->damping[j]) * velocity_of(s, j);
+        out[j] = num_of(s->m->damping[j]) * world_velocity(s, j);
+}
+
+static void add_friction(const struct state *s, num *out)
+{
+    const num scale = num_of(s->m->friction_velocity);
+    for (uint32_t j = s->m->base_freedoms; s->m->friction && j < s->freedoms; j++)
+        out[j] += num_of(s->m->friction[j]) * friction_sign(world_velocity(s, j), scale);
 }
 
 void TFA_V(friction_force)(const struct state *s, num *out)
 {
-    const num scale = num_of(s->m->friction_velocity);
     zero(s, out);
-    for (uint32_t j = s->m->base_freedoms; s->m->friction && j < s->freedoms; j++)
-        out[j] = num_of(s->m->friction[j]) * friction_sign(velocity_of(s, j), scale);
+    add_friction(s, out);
+}
+
+void TFA_V(dissipative_force)(const struct state *s, num *out)
+{
+    TFA_V(damping_force)(s, out);
+    add_friction(s, out);
 }
 
 /* The forces of the joints that wrenches inside fused joints cause are among the passive ones, with
- * the damping. */
+ * the damping and the friction. */
 void TFA_V(external_force)(struct state *s, num *out)
 {
     zero(s, out);
@@ -76,12 +81,9 @@ void TFA_V(external_force)(struct state *s, num *out)
         if (b->parent >= 0)
             s->f[b->parent] = sv_add(s->f[b->parent], xform_t_force(&s->X[i], s->f[i]));
     }
-    TFA_V(damping_force)(s, s->dx);
+    TFA_V(dissipative_force)(s, s->dx);
     for (uint32_t j = 0; s->has_passive_force && j < s->freedoms; j++)
         out[j] -= s->passive_force[j] + s->dx[j];
-    TFA_V(friction_force)(s, s->dx);
-    for (uint32_t j = 0; s->m->friction && s->has_passive_force && j < s->freedoms; j++)
-        out[j] -= s->dx[j];
 }
 
 static void subtract(const struct state *s, num *x, const num *y)
@@ -115,15 +117,13 @@ void TFA_V(generalised_momentum)(struct state *s, num *p, num *rate)
 {
     num *term = s->qdd_unrefined;
     for (uint32_t j = 0; j < s->freedoms; j++)
-        s->dx[j] = velocity_of(s, j);
+        s->dx[j] = world_velocity(s, j);
     TFA_V(rnea)(s, s->dx, p, 0);
     for (uint32_t i = 0; i < s->bodies; i++)
         turning_force(s, i, rate + s->body[i].v);
     TFA_V(gravity_force)(s, term);
     subtract(s, rate, term);
-    TFA_V(damping_force)(s, term);
-    subtract(s, rate, term);
-    TFA_V(friction_force)(s, term);
+    TFA_V(dissipative_force)(s, term);
     subtract(s, rate, term);
     TFA_V(external_force)(s, term);
     subtract(s, rate, term);

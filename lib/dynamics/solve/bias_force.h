@@ -19,6 +19,8 @@ void TFA_V(velocity_force)(struct state *s, num *out);
 void TFA_V(damping_force)(const struct state *s, num *out);
 /* friction times the smooth sign of velocity (spatial/friction.h) */
 void TFA_V(friction_force)(const struct state *s, num *out);
+/* damping and friction */
+void TFA_V(dissipative_force)(const struct state *s, num *out);
 /* - sum of J^T wrench */
 void TFA_V(external_force)(struct state *s, num *out);
 /* p = M v, and dM/dt v - h; s->qdd_unrefined is written, too */

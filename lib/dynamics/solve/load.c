@@ -8,6 +8,7 @@
 
 #include "dynamics/core/recursions.h"
 #include "interface/traits.h"
+#include "spatial/friction.h"
 
 static num coordinate_of(const struct state *s, const tfa_request *r, uint32_t k)
 {
@@ -138,14 +139,16 @@ static void clear_passive_force(struct state *s)
     s->has_passive_force = 0;
 }
 
-/* known -= d qd */
-static void load_damping(struct state *s)
+/* Damping, then friction, as TFA_V(dissipative_force) adds them */
+static void load_dissipation(struct state *s)
 {
-    if (!s->m->damping)
-        return;
-    for (uint32_t j = s->m->base_freedoms; j < s->freedoms; j++)
+    const struct tfa_model *m = s->m;
+    const num scale = num_of(m->friction_velocity);
+    for (uint32_t j = m->base_freedoms; m->damping && j < s->freedoms; j++)
         s->passive_force[j] -= load_damping_of(s, j) * s->qd[j];
-    s->has_passive_force = 1;
+    for (uint32_t j = m->base_freedoms; m->friction && j < s->freedoms; j++)
+        s->passive_force[j] -= load_friction_of(s, j) * friction_sign(s->qd[j], scale);
+    s->has_passive_force |= m->damping || m->friction;
 }
 
 /* Of the free joint whose freedoms start at j. Lanes at rest keep every bit. */
@@ -213,7 +216,7 @@ static void load_motion(struct state *s, const tfa_request *r)
     s->moving = TFA_V(load_freedoms)(s, s->qd, r->base_twist, r->v);
     if (HAS_MODES(s))
         s->moving |= TFA_V(load_mode_velocities)(s, r);
-    load_damping(s);
+    load_dissipation(s);
     TFA_V(leave_boost)(s);
     s->moving |= s->wrenched && reads_wrenches(r);
     if (TFA_OP_BIT(r->op) & TRAITS_FORWARD) {

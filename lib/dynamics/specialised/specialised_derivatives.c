@@ -139,6 +139,11 @@ TFA_INLINE void by_motion(const struct state *s, struct derivative_state *d, con
         const double x = robot_freedom[k].multiplier;
         *entry(&p, p.dv, k, k) += num_of(x * x * robot_damping[k]);
     }
+    for (uint32_t k = 0; ROBOT_HAS_FRICTION && k < ROBOT_FREEDOMS; k++) {
+        const double x = robot_freedom[k].multiplier;
+        *entry(&p, p.dv, k, k) += num_of(x * x * robot_friction[k]) *
+                                  friction_slope(s->qd[k], num_of(robot_friction_velocity));
+    }
 }
 
 /* Derivatives are made about one point, to which light bodies far from it lose digits. */
@@ -175,7 +180,7 @@ TFA_INLINE void load_inputs(struct robot_inputs *in, struct derivative_state *d,
     gather_freedoms(in->qd, at, NULL, r->v);
     gather_freedoms(in->x, at, NULL, forward ? r->tau : r->qdd);
     if (forward)
-        add_damping(in->x, in->qd, -1);
+        add_dissipation(in->x, in->qd, -1);
 #pragma GCC unroll 64
     for (size_t k = 0; k < ROBOT_FREEDOMS; k++)
         d->row[k] = (uint32_t)public_freedom(k);

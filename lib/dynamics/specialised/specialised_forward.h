@@ -90,7 +90,7 @@ TFA_INLINE void load_forward_inputs(struct robot_inputs *in, const struct tfa_ho
     load_positions(in, r, at);
     gather_freedoms(in->qd, at, r->base_twist, r->v);
     gather_freedoms(in->x, at, r->base_wrench, r->tau);
-    add_damping(in->x, in->qd, -1);
+    add_dissipation(in->x, in->qd, -1);
     add_wrenches(in->x, 1, in, host, r, at);
     leave_boost(in);
 }
@@ -131,7 +131,7 @@ static __attribute__((flatten, noinline)) uint32_t inverse_dynamics(const struct
     shift_accelerations(in.x, &in, 1);
     init_state(&s, &in, host, r);
     inverse_rnea(&s, in.x, tau);
-    add_damping(tau, in.qd, 1);
+    add_dissipation(tau, in.qd, 1);
     if (ROBOT_HAS_INVERSE_WRENCHES)
         add_wrenches(tau, -1, &in, host, r, &at);
     scatter_outputs(tau, &at, reply->base_wrench, reply->tau);

@@ -42,7 +42,7 @@ typedef enum tfa_op {
     TFA_OP_MASS_MATRIX = 4,         /**< q -> M */
     TFA_OP_KINEMATICS = 5,          /**< q, v -> answers of the flags only */
     TFA_OP_BIAS = 6,                /**< q, v -> gravity_force, velocity_force, damping_force,
-                                         external_force; with qdd armature_force */
+                                         friction_force, external_force; qdd: armature_force */
     TFA_OP_TASK_TORQUES = 7,        /**< q, v, tips, task_acceleration, posture torques in tau ->
                                          tau, lambda_inv, rank */
     TFA_OP_DERIVATIVES = 8,         /**< q, v, tau -> dqdd_dq, dqdd_dv, dqdd_dtau */

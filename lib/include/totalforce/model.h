@@ -149,6 +149,7 @@ typedef struct tfa_scene {
 
 #define TFA_SNAP_MAX 0.01 /**< largest tfa_model_options.snap, rad */
 #define TFA_FRICTION_VELOCITY 0.01 /**< default of friction_velocity, rad/s or m/s */
+#define TFA_FRICTION_VELOCITY_MIN 1e-9 /**< smallest friction_velocity but 0 */
 
 /** Zero-initialise for the defaults. */
 typedef struct tfa_model_options {
@@ -159,9 +160,9 @@ typedef struct tfa_model_options {
     uint32_t damping;       /**< 1: subtracts damping times velocity from tau; 0: not used */
     uint32_t friction;      /**< 1: subtracts friction times v / sqrt(v^2 + friction_velocity^2), a
                                  smooth sign of v, from tau; 0: not used, a note says so */
-    double friction_velocity; /**< rad/s or m/s, above 0, where that sign is 0.7; below it friction
-                                 is viscous, friction / friction_velocity v; 0:
-                                 TFA_FRICTION_VELOCITY */
+    double friction_velocity;      /**< rad/s or m/s, 1e-9 and up: where that sign is 0.7; below
+                                        it friction is viscous, friction / friction_velocity v;
+                                        0: TFA_FRICTION_VELOCITY */
     uint32_t lock_massless_leaves; /**< 1: joints that move nothing with mass become fixed at 0;
                                         0: they are an error */
     tfa_inertia_policy inertia;    /**< for inertias that no body can have */
@@ -298,10 +299,10 @@ TFA_API size_t tfa_model_size(const tfa_description *description, const tfa_mode
  * @param report       gets the messages; may be NULL
  * @param model        NULL on error
  * @return TFA_OK; TFA_E_ARGUMENT (a NULL, or a base or policy that does not exist); TFA_E_VALUE
- *         (gravity not finite, snap out of range); TFA_E_MEMORY (`memory` too small or not aligned,
- *         or a temporary allocation failed); TFA_E_MODEL (a loop, two parents, an invalid inertia,
- *         a zero axis, an unknown name in the scene, ...: the report names it and the remedy);
- *         TFA_E_NO_MASS (a joint moves no mass, or M is singular at every q).
+ *         (gravity, snap or friction_velocity out of range); TFA_E_MEMORY (`memory` too small or
+ *         not aligned, or a temporary allocation failed); TFA_E_MODEL (a loop, two parents, an
+ *         invalid inertia, a zero axis, an unknown name in the scene, ...: the report names it and
+ *         the remedy); TFA_E_NO_MASS (a joint moves no mass, or M is singular at every q).
  */
 TFA_API TFA_CHECKED int tfa_model_init(void *memory, size_t size,
                                        const tfa_description *description,

@@ -418,10 +418,10 @@ typedef struct tfa_reply {
                                     From the accelerations of the answer (of forward dynamics: needs
                                     the buffers qdd and, of a floating base, base_acceleration; else
                                     TFA_E_NOT_COMPUTED): F = I a + v x* I v - wrench + sum of the
-                                    children's F, H^T F = tau - damping - armature times qdd. Joints
-                                    that follow others, and locked ones, carry what their constraint
-                                    takes; what a scene leaves out pulls at no link. Cost: at most
-                                    one inverse dynamics more, of one state and of each of a batch,
+                                    children's F, H^T F = tau - damping - friction - armature qdd.
+                                    Joints that follow others, and locked ones, carry what their
+                                    constraint takes; links left out pull at none. Cost: at most one
+                                    inverse dynamics more, of one state and of each of a batch,
                                     counted in instructions (docs/performance.md); more where the
                                     state is not kept: behind a specialised kernel, by the parallel
                                     methods of a long chain (1.35 of 256 bodies), and in batches in

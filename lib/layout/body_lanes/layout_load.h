@@ -69,6 +69,11 @@ static inline num load_damping_of(const struct state *s, uint32_t j)
     return s->lane_damping[j];
 }
 
+static inline num load_friction_of(const struct state *s, uint32_t j)
+{
+    return s->lane_friction[j];
+}
+
 /* A freedom of the joints, of every lane that holds one */
 static inline void scatter_joint(const struct state *s, num x, double *joints, const freedom *f)
 {

@@ -19,6 +19,7 @@
     ARRAY(coordinate, coordinates_of, nq, "", "", "where coordinates come from")                   \
     ARRAY(freedom, freedoms_of, nv, "", "", "where freedoms come from and go to")                  \
     ARRAY(num, lane_damping, nv, "N m s", "joint", "damping of each freedom")                      \
+    ARRAY(num, lane_friction, nv, "N m", "joint", "friction of each freedom")                      \
     ARRAY(num, in_body_order, m->freedoms, "", "joint", "freedoms in the order of the bodies")     \
     ARRAY(uint32_t, step_of, m->bodies, "", "", "where a body stands: its step")                   \
     ARRAY(uint32_t, lane_of, m->bodies, "", "", "and its lane")                                    \

@@ -48,10 +48,15 @@ static inline uint32_t body_at(const struct state *s, uint32_t i)
     return i;
 }
 
-/* Damping of freedom j */
+/* Damping and friction of freedom j */
 static inline num load_damping_of(const struct state *s, uint32_t j)
 {
     return num_of(s->m->damping[j]);
+}
+
+static inline num load_friction_of(const struct state *s, uint32_t j)
+{
+    return num_of(s->m->friction[j]);
 }
 
 /* A freedom of the joints; those that follow others are not public. */

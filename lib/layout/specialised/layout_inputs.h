@@ -8,6 +8,7 @@
 
 #include "interface/specialised_abi.h"
 #include "layout/state.h"
+#include "spatial/friction.h"
 #include "spatial/rows.h"
 
 /* The number of request arrays that stands in every lane: that of states k ..; lanes without a
@@ -107,11 +108,14 @@ TFA_INLINE void gather_freedoms(num *out, const struct lane_states *at, const do
     }
 }
 
-/* tau += sign d qd */
-TFA_INLINE void add_damping(num *tau, const num *qd, double sign)
+/* tau += sign (damping and friction) */
+TFA_INLINE void add_dissipation(num *tau, const num *qd, double sign)
 {
+    const num scale = num_of(robot_friction_velocity);
     for (size_t k = ROBOT_BASE; ROBOT_DAMPED && k < ROBOT_FREEDOMS; k++)
         tau[k] += num_of(sign * robot_damping[k]) * qd[k];
+    for (size_t k = ROBOT_BASE; ROBOT_HAS_FRICTION && k < ROBOT_FREEDOMS; k++)
+        tau[k] += num_of(sign * robot_friction[k]) * friction_sign(qd[k], scale);
 }
 
 /* Base six, then joints; either array may be NULL. */

@@ -7,6 +7,8 @@
 #ifndef TFA_LAYOUT_SPECIALISED_BODY_LANES_INPUTS_H
 #define TFA_LAYOUT_SPECIALISED_BODY_LANES_INPUTS_H
 
+#include "spatial/friction.h"
+
 /* The state in all lanes */
 struct lane_states {
     uint32_t lane[1];
@@ -69,19 +71,29 @@ TFA_INLINE void gather_freedoms(num *out, const struct lane_states *at, const do
 #undef ROBOT_GATHER
 }
 
-TFA_INLINE void add_damping_of_step(num *tau, const num *qd, const body_constants *b, double sign)
+/* `of`: numbers of the freedoms */
+TFA_INLINE void add_of_step(num *tau, const double *of, num x, const body_constants *b, double sign)
 {
-#define ROBOT_GET(l) sign *robot_damping[robot_body[b->body[l]].v]
-    if (!b->base)
-        tau[b->v] += NUM_EACH(ROBOT_GET) * qd[b->v];
+#define ROBOT_GET(l) sign *of[robot_body[b->body[l]].v]
+    tau[b->v] += NUM_EACH(ROBOT_GET) * x;
 #undef ROBOT_GET
 }
 
-/* tau += sign d qd */
-TFA_INLINE void add_damping(num *tau, const num *qd, double sign)
+TFA_INLINE void add_dissipation_of_step(num *tau, const num *qd, const body_constants *b,
+                                        double sign)
 {
-#define ROBOT_GATHER(i) add_damping_of_step(tau, qd, &robot_step[i], sign);
-    if (ROBOT_DAMPED) {
+    if (ROBOT_DAMPED && !b->base)
+        add_of_step(tau, robot_damping, qd[b->v], b, sign);
+    if (ROBOT_HAS_FRICTION && !b->base)
+        add_of_step(tau, robot_friction, friction_sign(qd[b->v], num_of(robot_friction_velocity)),
+                    b, sign);
+}
+
+/* tau += sign (damping and friction) */
+TFA_INLINE void add_dissipation(num *tau, const num *qd, double sign)
+{
+#define ROBOT_GATHER(i) add_dissipation_of_step(tau, qd, &robot_step[i], sign);
+    if (ROBOT_DAMPED || ROBOT_HAS_FRICTION) {
         ROBOT_STEPS_OUTWARD(ROBOT_GATHER)
     }
 #undef ROBOT_GATHER

@@ -42,6 +42,13 @@ static int check_options(const tfa_model_options *options, tfa_report *report)
             report, TFA_E_VALUE, 0, "bad-snap",
             "snap: %g is not an angle from 0 to %g rad; give what rounding in the file may be",
             options->snap, TFA_SNAP_MAX);
+    const double v = options->friction_velocity;
+    if (v != 0 && !(v >= TFA_FRICTION_VELOCITY_MIN && isfinite(v)))
+        return TFA_REFUSE(
+            report, TFA_E_VALUE, 0, "bad-friction-velocity",
+            "friction_velocity: %g is no velocity from %g rad/s or m/s on; give 0 for "
+            "%g, or the one below which joints count as sticking",
+            v, TFA_FRICTION_VELOCITY_MIN, TFA_FRICTION_VELOCITY);
     return tfa_check_gravity(options->gravity, report);
 }
 

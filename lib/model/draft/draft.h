@@ -31,9 +31,11 @@ struct draft_link {
 struct draft_joint {
     uint8_t fate;     /* enum tfa_fate */
     uint8_t actuated; /* the scene names it */
+    uint8_t has_rotor; /* of the scene: `rotor` is its inertia as seen by the joint */
     uint8_t freedom; /* index among its body's joints: 0 unless fused */
     int32_t body;    /* the body that it moves, when it moves */
     int32_t leader;  /* description joint that it mimics, or -1 */
+    double rotor;
     ext multiplier, offset;
     ext q[7];                  /* where it is locked */
     uint32_t q_index, v_index; /* public: its first coordinate in q, its first freedom in v */
@@ -120,7 +122,7 @@ static inline int draft_moves(const struct draft *d, size_t joint)
 static inline double draft_armature(const struct draft *d, size_t joint)
 {
     const tfa_joint *j = &d->description->joints[joint];
-    return j->armature + (d->options->rotor_inertia ? j->rotor : 0);
+    return j->armature + (d->options->rotor_inertia ? j->rotor : 0) + d->joint[joint].rotor;
 }
 
 /* ---- passes of tfa_draft_make, in this order; each reports its refusals ---- */
@@ -131,7 +133,7 @@ int tfa_draft_order(struct draft *d, tfa_report *report);
 /* Refuses numbers that are not finite, negative masses and armatures, invalid quaternions. */
 int tfa_draft_values(struct draft *d, tfa_report *report);
 
-/* Applies root, tips and payloads of the scene. */
+/* Applies root, tips, payloads and rotors of the scene. */
 int tfa_draft_scene(struct draft *d, tfa_report *report);
 
 /* Applies the locks of the scene. */

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The scene: links and joints that are part of it, payloads, tips, locked and actuated joints.
+ * The scene: links and joints that are part of it, payloads, tips, rotors, locked and actuated
+ * joints.
  */
 #include <math.h>
 #include <string.h>
@@ -131,6 +132,35 @@ static int mark_payload(struct draft *d, const tfa_payload *payload, tfa_report 
     return TFA_OK;
 }
 
+static int mount_rotor(struct draft *d, const tfa_rotor *rotor, tfa_report *report)
+{
+    static const char code[] = "scene-rotor";
+    const int32_t j = tfa_draft_find_joint(d, rotor->joint);
+    if (j < 0)
+        return tfa_draft_refuse_joint(
+            d, code, rotor->joint,
+            "the scene has a rotor for it, but the robot has no such joint; correct the name",
+            report);
+    const tfa_joint *joint = &d->description->joints[j];
+    const double reduction = joint->reduction != 0 ? joint->reduction : 1;
+    if (d->joint[j].has_rotor)
+        return TFA_REFUSE(report, TFA_E_MODEL, 0, code,
+                          "joint '%s': the scene has two rotors for it; remove one", joint->name);
+    d->joint[j].has_rotor = 1;
+    d->joint[j].rotor = rotor->inertia * reduction * reduction;
+    if (!(rotor->inertia >= 0) || !isfinite(draft_armature(d, (size_t)j)))
+        return TFA_REFUSE(report, TFA_E_MODEL, 0, code,
+                          "joint '%s': rotor inertia %g kg m^2 and reduction %g give no finite "
+                          "armature that is not negative; correct them",
+                          joint->name, rotor->inertia, reduction);
+    if (joint->reduction == 0)
+        tfa_report_add_grouped(report, TFA_NOTE, joint->line, "no-reduction", "joints", joint->name,
+                               "joint '%s': the file has no reduction for its rotor, which counts "
+                               "as turning with the joint",
+                               joint->name);
+    return TFA_OK;
+}
+
 int tfa_draft_scene(struct draft *d, tfa_report *report)
 {
     static const tfa_scene whole = {0};
@@ -144,6 +174,9 @@ int tfa_draft_scene(struct draft *d, tfa_report *report)
             status = TFA_E_MODEL;
     for (size_t k = 0; k < scene->payload_count; k++)
         if (mark_payload(d, &scene->payloads[k], report) != TFA_OK)
+            status = TFA_E_MODEL;
+    for (size_t k = 0; k < scene->rotor_count; k++)
+        if (mount_rotor(d, &scene->rotors[k], report) != TFA_OK)
             status = TFA_E_MODEL;
     return status;
 }

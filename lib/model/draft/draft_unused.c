@@ -24,11 +24,10 @@ static void count_joint(struct tally *t, const tfa_joint *joint)
 static void add_note(const struct tally *t, const char *code, const char *item, tfa_option option,
                      tfa_report *report)
 {
-    char more[96] = "";
+    char more[96];
     if (t->count == 0)
         return;
-    if (option != TFA_OPTIONS)
-        snprintf(more, sizeof more, "; %s uses it", tfa_option_text(report, option));
+    snprintf(more, sizeof more, "; %s uses it", tfa_option_text(report, option));
     tfa_report_add_unused(report, t->line, code, item, t->count, more);
 }
 
@@ -42,13 +41,13 @@ void tfa_draft_note_unused(const struct draft *d, tfa_report *report)
             continue;
         if (joint->damping != 0 && !d->options->damping)
             count_joint(&damping, joint);
-        if (joint->friction != 0)
+        if (joint->friction != 0 && !d->options->friction)
             count_joint(&friction, joint);
         if (joint->rotor != 0 && joint->armature == 0 && !d->options->rotor_inertia)
             count_joint(&rotors, joint);
     }
     add_note(&damping, "damping", "damping", TFA_OPTION_DAMPING, report);
-    add_note(&friction, "friction", "friction", TFA_OPTIONS, report);
+    add_note(&friction, "friction", "friction", TFA_OPTION_FRICTION, report);
     add_note(&rotors, "rotor-inertia", "rotor inertia", TFA_OPTION_ROTOR_INERTIA, report);
     for (size_t k = 0; k < s->unused_count; k++)
         tfa_report_add_unused(report, s->unused[k].line, "not-used", s->unused[k].item,

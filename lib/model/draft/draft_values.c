@@ -108,6 +108,9 @@ static int check_joint(const tfa_joint *joint, const tfa_model_options *options,
     if (options->damping && !isfinite(joint->damping))
         return TFA_REFUSE(report, TFA_E_MODEL, joint->line, "bad-number",
                           "joint '%s': its damping is not finite; correct it", joint->name);
+    if (options->friction && !isfinite(joint->friction))
+        return TFA_REFUSE(report, TFA_E_MODEL, joint->line, "bad-number",
+                          "joint '%s': its friction is not finite; correct it", joint->name);
     return check_armature(joint, options->rotor_inertia != 0, report);
 }
 

@@ -25,6 +25,7 @@ const char *tfa_option_text(const tfa_report *report, tfa_option option)
         [TFA_OPTION_LOCK_LEAVES] = {"lock_massless_leaves = 1", "--lock-massless-leaves",
                                     "lock_massless_leaves: yes"},
         [TFA_OPTION_DAMPING] = {"damping = 1", "--damping", "damping: yes"},
+        [TFA_OPTION_FRICTION] = {"friction = 1", "--friction", "friction: yes"},
         [TFA_OPTION_ROTOR_INERTIA] = {"rotor_inertia = 1", "--rotor-inertia", "rotor_inertia: yes"},
     };
     const unsigned syntax = report ? (unsigned)report->syntax : 0;

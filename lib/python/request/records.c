@@ -25,6 +25,8 @@ static PyStructSequence_Field joint_fields[] = {
     FIELD("v_count", "freedoms"),
     FIELD("body", "index of the body that it moves"),
     FIELD("armature", "reflected rotor inertia in use, kg m^2 or kg"),
+    FIELD("damping", "in use, N m s/rad or N s/m"),
+    FIELD("friction", "in use, N m or N"),
     {0}};
 static PyStructSequence_Field body_fields[] = {
     FIELD("name", "child link of its last joint"),
@@ -186,9 +188,10 @@ static PyObject *record(int type, PyObject *tuple)
 
 PyObject *record_joint(const tfa_joint_info *j)
 {
-    return record(JOINT, Py_BuildValue("(ssIIIIId)", j->name, tfa_joint_type_describe(j->type).name,
-                                       j->q_index, j->q_count, j->v_index, j->v_count, j->body,
-                                       j->armature));
+    return record(JOINT,
+                  Py_BuildValue("(ssIIIIIddd)", j->name, tfa_joint_type_describe(j->type).name,
+                                j->q_index, j->q_count, j->v_index, j->v_count, j->body,
+                                j->armature, j->damping, j->friction));
 }
 
 PyObject *record_body(const tfa_body_info *b)

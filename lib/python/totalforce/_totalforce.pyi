@@ -72,6 +72,8 @@ class Joint(NamedTuple):
     v_count: int
     body: int
     armature: float
+    damping: float
+    friction: float
 
 class Body(NamedTuple):
     name: str
@@ -654,6 +656,8 @@ class Model:
         gravity: Optional[Numbers] = None,
         rotor_inertia: Optional[bool] = None,
         damping: Optional[bool] = None,
+        friction: Optional[bool] = None,
+        friction_velocity: Optional[float] = None,
         lock_massless_leaves: Optional[bool] = None,
         inertia: Optional[Literal["strict", "warn", "repair", "strict-physical"]] = None,
         mimic: Optional[Literal["free", "project", "lock"]] = None,
@@ -663,6 +667,7 @@ class Model:
         locked: Optional[Union[Mapping[str, Any], Sequence[str]]] = None,
         payload: Optional[Payloads] = None,
         armature: Optional[Mapping[str, float]] = None,
+        rotors: Optional[Mapping[str, float]] = None,
         modes: Optional[SideFiles] = None,
         constraints: Optional[Union[HeldFrames, Sequence[HeldFrames], SideFiles]] = None,
         actuated: Optional[Union[str, Sequence[str]]] = None,
@@ -715,6 +720,8 @@ class Model:
         gravity: Optional[Numbers] = None,
         rotor_inertia: Optional[bool] = None,
         damping: Optional[bool] = None,
+        friction: Optional[bool] = None,
+        friction_velocity: Optional[float] = None,
         lock_massless_leaves: Optional[bool] = None,
         inertia: Optional[Literal["strict", "warn", "repair", "strict-physical"]] = None,
         mimic: Optional[Literal["free", "project", "lock"]] = None,
@@ -724,6 +731,7 @@ class Model:
         locked: Optional[Union[Mapping[str, Any], Sequence[str]]] = None,
         payload: Optional[Payloads] = None,
         armature: Optional[Mapping[str, float]] = None,
+        rotors: Optional[Mapping[str, float]] = None,
         modes: Optional[SideFiles] = None,
         constraints: Optional[Union[HeldFrames, Sequence[HeldFrames], SideFiles]] = None,
         actuated: Optional[Union[str, Sequence[str]]] = None,

@@ -106,19 +106,36 @@ PyObject *raise_load_error(int status, const char *path, tfa_report *report)
     return finish(&model_type, status, NULL, path, report, NULL);
 }
 
-static char *keywords[] = {
-    "",        "base",     "gravity", "rotor_inertia", "damping",  "lock_massless_leaves",
-    "inertia", "mimic",    "snap",    "root",          "tips",     "locked",
-    "payload", "armature", "modes",   "constraints",   "actuated", NULL};
+static char *keywords[] = {"",
+                           "base",
+                           "gravity",
+                           "rotor_inertia",
+                           "damping",
+                           "friction",
+                           "friction_velocity",
+                           "lock_massless_leaves",
+                           "inertia",
+                           "mimic",
+                           "snap",
+                           "root",
+                           "tips",
+                           "locked",
+                           "payload",
+                           "armature",
+                           "rotors",
+                           "modes",
+                           "constraints",
+                           "actuated",
+                           NULL};
 
 static int parse_options(PyObject *args, PyObject *kwargs, const char *format, PyObject **source,
                          model_options *o)
 {
-    return PyArg_ParseTupleAndKeywords(args, kwargs, format, keywords, source, &o->base,
-                                       &o->gravity, &o->rotor_inertia, &o->damping,
-                                       &o->lock_massless_leaves, &o->inertia, &o->mimic, &o->snap,
-                                       &o->root, &o->tips, &o->locked, &o->payload, &o->armature,
-                                       &o->modes, &o->constraints, &o->actuated)
+    return PyArg_ParseTupleAndKeywords(
+               args, kwargs, format, keywords, source, &o->base, &o->gravity, &o->rotor_inertia,
+               &o->damping, &o->friction, &o->friction_velocity, &o->lock_massless_leaves,
+               &o->inertia, &o->mimic, &o->snap, &o->root, &o->tips, &o->locked, &o->payload,
+               &o->armature, &o->rotors, &o->modes, &o->constraints, &o->actuated)
                ? 0
                : -1;
 }
@@ -246,7 +263,7 @@ static PyObject *model_new(PyTypeObject *type, PyObject *args, PyObject *kwargs)
     model_options options = {0};
     PyObject *source = NULL, *bytes = NULL, *made = NULL, *copy = copy_options(kwargs);
     char *file = NULL;
-    if (parse_options(args, kwargs, "O|$OOOOOOOOOOOOOOOO:Model", &source, &options) == 0 &&
+    if (parse_options(args, kwargs, "O|$OOOOOOOOOOOOOOOOOOO:Model", &source, &options) == 0 &&
         model_options_read(&options) == 0 && (bytes = read_source(source, &file)))
         made = compile_source(type, bytes, file, &options, copy, NULL);
     Py_XDECREF(bytes);
@@ -261,7 +278,7 @@ static PyObject *parse_model(PyTypeObject *type, PyObject *args, const char *fil
 {
     model_options options = {0};
     PyObject *source = NULL, *bytes = NULL, *made = NULL, *copy = copy_options(kwargs);
-    if (parse_options(args, kwargs, "O|$OOOOOOOOOOOOOOOO:parse", &source, &options) == 0 &&
+    if (parse_options(args, kwargs, "O|$OOOOOOOOOOOOOOOOOOO:parse", &source, &options) == 0 &&
         model_options_read(&options) == 0 && (bytes = bytes_of(source)))
         made = compile_source(type, bytes, file, &options, copy, NULL);
     Py_XDECREF(bytes);
@@ -349,7 +366,7 @@ static PyObject *model_moved(PyObject *self, PyObject *seed)
         return PyErr_Format(PyExc_TypeError, "_moved: not of a model of URDF and plain options");
     PyObject *one = PyTuple_Pack(1, m->source);
     if (one &&
-        parse_options(one, m->options, "O|$OOOOOOOOOOOOOOOO:_moved", &source, &options) == 0 &&
+        parse_options(one, m->options, "O|$OOOOOOOOOOOOOOOOOOO:_moved", &source, &options) == 0 &&
         model_options_read(&options) == 0)
         made = compile_source(Py_TYPE(self), source, NULL, &options, NULL, &random);
     Py_XDECREF(one);
@@ -371,8 +388,10 @@ static PyObject *model_repr(PyObject *self)
     "        connection of the root link to the world; None: 'fixed'\n"                            \
     "gravity : (3,)\n"                                                                             \
     "        m/s^2, world axes; None: 0 0 -9.80665\n"                                              \
-    "rotor_inertia, damping : bool\n"                                                              \
+    "rotor_inertia, damping, friction : bool\n"                                                    \
     "        apply those of the file; None: False\n"                                               \
+    "friction_velocity : float\n"                                                                  \
+    "        rad/s or m/s: slower joints have part of their friction, at rest none; None: 0.01\n"  \
     "lock_massless_leaves : bool\n"                                                                \
     "        joints that move nothing with mass become fixed; None: they are an error\n"           \
     "inertia : 'strict', 'warn', 'repair' or 'strict-physical'\n"                                  \
@@ -392,6 +411,10 @@ static PyObject *model_repr(PyObject *self)
     "        inertia ixx ixy ixz iyy iyz izz about the centre of mass\n"                           \
     "armature : {joint: inertia}\n"                                                                \
     "        reflected rotor inertias, kg m^2 or kg; URDF cannot say them\n"                       \
+    "rotors : {joint: inertia}\n"                                                                  \
+    "        about their own axes, kg m^2: times the square of the joint's reduction in the "      \
+    "file\n"                                                                                       \
+    "        added to its armature\n"                                                              \
     "modes : path, bytes, or list of them\n"                                                       \
     "        files with the modes of flexible links, or their text as bytes; YAML\n"               \
     "constraints : list of dicts, path, bytes, or list of them\n"                                  \
@@ -403,10 +426,10 @@ static PyObject *model_repr(PyObject *self)
     "        joints with a motor; None: those of the files of constraints, else all\n"
 
 #define OPTIONS_SIGNATURE                                                                          \
-    ", /, *, base=None, gravity=None, rotor_inertia=None, damping=None, "                          \
-    "lock_massless_leaves=None, inertia=None, mimic=None, snap=None, root=None, tips=None, "       \
-    "locked=None, payload=None, armature=None, modes=None, constraints=None, "                     \
-    "actuated=None)\n--\n\n"
+    ", /, *, base=None, gravity=None, rotor_inertia=None, damping=None, friction=None, "           \
+    "friction_velocity=None, lock_massless_leaves=None, inertia=None, mimic=None, snap=None, "     \
+    "root=None, tips=None, locked=None, payload=None, armature=None, rotors=None, modes=None, "    \
+    "constraints=None, actuated=None)\n--\n\n"
 
 static PyMethodDef factories[] = {
     {"parse", (PyCFunction)(void (*)(void))model_parse, METH_VARARGS | METH_KEYWORDS | METH_CLASS,

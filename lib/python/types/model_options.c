@@ -74,6 +74,27 @@ static int read_locks(model_options *o)
     return bad ? -1 : 0;
 }
 
+/* {joint: inertia} */
+static int read_rotors(model_options *o)
+{
+    PyObject *joint, *value;
+    Py_ssize_t at = 0;
+    if (!PyDict_Check(o->rotors))
+        return raise_type("rotors", "rotors: %.100s, must be {joint: inertia}",
+                          Py_TYPE(o->rotors)->tp_name);
+    o->rotor_list = PyMem_Calloc((size_t)PyDict_GET_SIZE(o->rotors) + 1, sizeof *o->rotor_list);
+    if (!o->rotor_list)
+        return PyErr_NoMemory(), -1;
+    o->scene.rotors = o->rotor_list;
+    while (PyDict_Next(o->rotors, &at, &joint, &value)) {
+        tfa_rotor *rotor = &o->rotor_list[o->scene.rotor_count++];
+        rotor->joint = name_of("rotors", joint, o->names);
+        if (!rotor->joint || read_numbers("rotors", value, 1, &rotor->inertia))
+            return -1;
+    }
+    return 0;
+}
+
 /* A name or a list of names, allocated by PyMem; `what` in messages */
 static int read_names(model_options *o, const char *field, const char *what, PyObject *value,
                       const char ***names, size_t *count)
@@ -240,11 +261,14 @@ static int read_scene(model_options *o)
     if (is_given(o->payload) &&
         read_payloads(o->payload, o->names, &o->payloads, &o->scene.payload_count))
         return -1;
+    if (is_given(o->rotors) && read_rotors(o))
+        return -1;
     if (read_side(o))
         return -1;
     o->scene.payloads = o->payloads;
     if (o->scene.root || o->scene.tip_count || o->scene.lock_count || o->scene.payload_count ||
-        o->scene.modes_count || o->scene.constraint_count || o->scene.actuated_count)
+        o->scene.rotor_count || o->scene.modes_count || o->scene.constraint_count ||
+        o->scene.actuated_count)
         o->c.scene = &o->scene;
     return 0;
 }
@@ -264,6 +288,7 @@ int model_options_read(model_options *o)
         choose_word("mimic", o->mimic, TFA_WORDS_MIMIC, &mimic) ||
         choose_word("inertia", o->inertia, TFA_WORDS_INERTIA, &inertia) ||
         read_flag(o->rotor_inertia, &o->c.rotor_inertia) || read_flag(o->damping, &o->c.damping) ||
+        read_flag(o->friction, &o->c.friction) ||
         read_flag(o->lock_massless_leaves, &o->c.lock_massless_leaves))
         return -1;
     o->c.base = (tfa_base)base;
@@ -274,6 +299,9 @@ int model_options_read(model_options *o)
             return -1;
         o->c.gravity = o->gravity_numbers;
     }
+    if (is_given(o->friction_velocity) &&
+        read_numbers("friction_velocity", o->friction_velocity, 1, &o->c.friction_velocity))
+        return -1;
     if (is_given(o->snap) && read_numbers("snap", o->snap, 1, &o->c.snap))
         return -1;
     return read_scene(o);
@@ -283,6 +311,7 @@ void model_options_clear(model_options *o)
 {
     PyMem_Free(o->locks);
     PyMem_Free(o->payloads);
+    PyMem_Free(o->rotor_list);
     PyMem_Free(o->tip_names);
     PyMem_Free(o->actuated_names);
     tfa_modes_free(&o->link_modes);

@@ -56,13 +56,15 @@ typedef struct model_options model_options;
 
 /** Names of the options for PyArg_ParseTupleAndKeywords, after one of the type itself */
 struct model_options {
-    PyObject *base, *gravity, *rotor_inertia, *damping, *lock_massless_leaves, *inertia, *mimic,
-        *snap, *root, *tips, *locked, *payload, *armature, *modes, *constraints, *actuated;
+    PyObject *base, *gravity, *rotor_inertia, *damping, *friction, *friction_velocity,
+        *lock_massless_leaves, *inertia, *mimic, *snap, *root, *tips, *locked, *payload, *armature,
+        *rotors, *modes, *constraints, *actuated;
     tfa_model_options c;
     tfa_scene scene;
     double gravity_numbers[3];
     tfa_lock *locks;
     tfa_payload *payloads;
+    tfa_rotor *rotor_list;
     const char **tip_names, **actuated_names;
     tfa_modes link_modes;
     tfa_constraints constraint_lists;

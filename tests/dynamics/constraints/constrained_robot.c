@@ -54,7 +54,8 @@ bool constrained_open(constrained_robot *c)
                              .constraint_count = c->count,
                              .actuated = c->actuated,
                              .actuated_count = c->actuated_count};
-    const tfa_model_options options = {.base = c->robot->base, .scene = &scene};
+    tfa_model_options options = fixture_options(c->robot);
+    options.scene = &scene;
     tfa_report report = {0};
     c->model = NULL;
     if (c->count == 0)

@@ -153,7 +153,7 @@ static void same_for_another_observer(test_robot *robot)
     double quat[4], shift[3] = {0.4, -1.2, 0.7};
     random_quaternion(&s, quat);
     move_world(robot, x, quat, shift);
-    const tfa_model_options options = {.base = robot->base};
+    const tfa_model_options options = fixture_options(robot);
     tfa_model *moved = compiled(robot->description, &options);
     tfa_workspace *w = workspace_for(moved, NULL);
     reply = answers_reply(b, 0, 0);

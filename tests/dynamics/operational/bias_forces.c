@@ -13,6 +13,7 @@ enum {
     GRAVITY,
     VELOCITY,
     DAMPING,
+    FRICTION,
     EXTERNAL,
     ARMATURE,
     BY_JACOBIAN,
@@ -27,6 +28,7 @@ static op_bound bounds[KINDS] = {
     {"gravity_force", {4e-14, 3e-15}, {0}},
     {"velocity_force", {4e-14, 3e-15}, {0}},
     {"damping_force", {4e-14, 3e-15}, {0}},
+    {"friction_force", {4e-14, 3e-15}, {0}},
     {"external_force", {4e-14, 3e-15}, {0}},
     {"armature_force", {4e-14, 3e-15}, {0}},
     {"external = - J^T wrench", {4e-14, 3e-15}, {0}},
@@ -36,11 +38,13 @@ static op_bound bounds[KINDS] = {
 
 static const double weightless[3] = {0, 0, 0};
 
-/* h of the oracle for a request, base first */
-static void oracle_h(op_case *c, const tfa_request *whole, uint32_t k, uint32_t damped, double *h)
+/* h of the oracle for a request, base first; with which losses */
+enum { LOSSLESS, DAMPED, RUBBED };
+static void oracle_h(op_case *c, const tfa_request *whole, uint32_t k, int losses, double *h)
 {
     const tfa_request before = c->whole_r;
-    oracle_use_damping(c->o, damped && c->damped);
+    oracle_use_damping(c->o, losses == DAMPED && c->damped);
+    oracle_use_friction(c->o, losses == RUBBED ? c->friction_velocity : 0);
     c->whole_r = *whole;
     op_set_state(c, k);
     oracle_inverse(c->o, NULL, NULL, h + c->six, h);
@@ -52,7 +56,8 @@ static double size_of(const op_case *c, const op_answers *a, uint32_t k)
 {
     const size_t at = (size_t)k * c->n;
     return norm2(a->gravity_force + at, c->n) + norm2(a->velocity_force + at, c->n) +
-           norm2(a->damping_force + at, c->n) + norm2(a->external_force + at, c->n);
+           norm2(a->damping_force + at, c->n) + norm2(a->friction_force + at, c->n) +
+           norm2(a->external_force + at, c->n);
 }
 
 /* Forces that the motion and the wrenches would have along a freedom in the worst direction: those
@@ -85,7 +90,7 @@ static void check_external(op_case *c, const op_answers *a, uint32_t k)
     tfa_request pushed = c->whole_r;
     pushed.v = pushed.base_twist = NULL;
     pushed.gravity = weightless;
-    oracle_h(c, &pushed, k, 0, want);
+    oracle_h(c, &pushed, k, LOSSLESS, want);
     op_within(
         c, &bounds[EXTERNAL],
         op_difference(a->external_force + (size_t)k * c->n, want, c->n, all_sizes[k].external));
@@ -94,23 +99,27 @@ static void check_external(op_case *c, const op_answers *a, uint32_t k)
 /* Those that do not depend on the frame */
 static void check_terms(op_case *c, const op_answers *a, uint32_t k)
 {
-    double want[OP_FREEDOMS], undamped[OP_FREEDOMS];
+    double want[OP_FREEDOMS], lossless[OP_FREEDOMS];
     const size_t at = (size_t)k * c->n;
     const struct sizes sizes = all_sizes[k];
     tfa_request still = c->whole_r, moving = c->whole_r;
     still.v = still.base_twist = NULL;
     still.wrench_count = moving.wrench_count = 0;
     moving.gravity = weightless;
-    oracle_h(c, &still, k, 0, want);
+    oracle_h(c, &still, k, LOSSLESS, want);
     op_within(c, &bounds[GRAVITY], op_difference(a->gravity_force + at, want, c->n, sizes.gravity));
-    oracle_h(c, &moving, k, 0, undamped);
+    oracle_h(c, &moving, k, LOSSLESS, lossless);
     op_within(c, &bounds[VELOCITY],
-              op_difference(a->velocity_force + at, undamped, c->n, sizes.velocity));
-    oracle_h(c, &moving, k, 1, want);
-    const double size = fmax(sizes.velocity, norm2(want, c->n));
-    for (uint32_t i = 0; i < c->n; i++)
-        want[i] -= undamped[i];
-    op_within(c, &bounds[DAMPING], op_difference(a->damping_force + at, want, c->n, size));
+              op_difference(a->velocity_force + at, lossless, c->n, sizes.velocity));
+    const double *const forces[] = {[DAMPED] = a->damping_force, [RUBBED] = a->friction_force};
+    for (int losses = DAMPED; losses <= RUBBED; losses++) {
+        oracle_h(c, &moving, k, losses, want);
+        const double size = fmax(sizes.velocity, norm2(want, c->n));
+        for (uint32_t i = 0; i < c->n; i++)
+            want[i] -= lossless[i];
+        op_within(c, &bounds[losses == DAMPED ? DAMPING : FRICTION],
+                  op_difference(forces[losses] + at, want, c->n, size));
+    }
 }
 
 /* Rotors turn with what their freedom is tied to: T^T R T qdd. Locked joints do not accelerate. */
@@ -154,7 +163,8 @@ static void check_sum(op_case *c, tfa_workspace *w, const tfa_request *r, const 
         accelerations(c, k, qdd);
         for (uint32_t i = 0; i < c->n; i++)
             sum[i] = a->gravity_force[at + i] + a->velocity_force[at + i] +
-                     a->damping_force[at + i] + a->external_force[at + i];
+                     a->damping_force[at + i] + a->friction_force[at + i] +
+                     a->external_force[at + i];
         op_forces(c, none, k, tau);
         op_within(c, &bounds[SUM], op_difference(sum, tau, c->n, size_of(c, a, k)));
         check_armature(c, a, k, qdd);
@@ -230,7 +240,8 @@ static void check_scaling(op_case *c, tfa_workspace *w, const tfa_request *r, co
         assert_memory_equal(fast->gravity_force + at, a->gravity_force + at, c->n * sizeof *want);
         op_within(c, &bounds[SAME],
                   op_difference(fast->external_force + at, a->external_force + at, c->n,
-                                norm2(a->damping_force + at, c->n)));
+                                norm2(a->damping_force + at, c->n) +
+                                    norm2(a->friction_force + at, c->n)));
     }
     op_answers_free(fast);
 }
@@ -252,6 +263,7 @@ static void check_zeros(op_case *c, tfa_workspace *w, const tfa_request *r)
     op_compute(c, w, &q, a);
     check_zero(c, "velocity_force", a->velocity_force, n);
     check_zero(c, "damping_force", a->damping_force, n);
+    check_zero(c, "friction_force", a->friction_force, n);
     check_zero(c, "armature_force", a->armature_force, n);
     q = *r;
     q.gravity = weightless;
@@ -273,6 +285,7 @@ static void with_workspace(op_case *c, tfa_workspace *w, const tfa_request *r)
         check_terms(c, a, state);
     check_external(c, a, state);
     oracle_use_damping(c->o, c->damped);
+    oracle_use_friction(c->o, c->friction_velocity);
     check_sum(c, w, r, a);
     check_jacobian(c, w, r);
     check_scaling(c, w, r, a);

@@ -15,7 +15,7 @@ static op_bound bounds[KINDS] = {
     {"of forward dynamics", {4e-15, 4e-16}, {0}},
     {"of inverse dynamics", {4e-15, 4e-16}, {0}},
     {"of forward dynamics by floats", {4e-15, 0}, {0}},
-    {"H^T F = tau - damping - armature qdd", {2e-15, 4e-16}, {0}},
+    {"H^T F = tau - damping - friction - armature qdd", {2e-15, 4e-16}, {0}},
 };
 
 /* Accelerations of state k, base first */
@@ -90,9 +90,12 @@ static void check_along(op_case *c, const op_answers *a, uint32_t k, const quad 
         f += j->type == TFA_JOINT_PRISMATIC ? 0 : 3;
         const double along =
             (f[0] * j->axis[0] + f[1] * j->axis[1] + f[2] * j->axis[2]) / norm2(j->axis, 3);
-        const double damping = c->damped ? j->damping * c->r.v[at] : 0;
+        const double s = c->friction_velocity, x = c->r.v[at],
+                     damping = c->damped ? j->damping * x : 0,
+                     friction = s > 0 ? j->friction * x / sqrt(x * x + s * s) : 0;
         const double size = terms[c->six + v] + (double)F[j->child].size + fabs(tau);
-        op_within(c, &bounds[ALONG], fabs(along + j->armature * qdd + damping - tau) / size);
+        op_within(c, &bounds[ALONG],
+                  fabs(along + j->armature * qdd + damping + friction - tau) / size);
     }
 }
 

@@ -134,6 +134,7 @@ static void with_reduced(uint64_t seed, tfa_base base)
                  .nq = r.nq,
                  .whole_nv = r.whole_nv,
                  .damped = r.options.damping,
+                 .friction_velocity = reduction_friction_velocity(&r.options),
                  .r = a.r,
                  .whole_r = a.whole,
                  .s = {seed}};

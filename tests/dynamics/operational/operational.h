@@ -38,6 +38,7 @@ typedef struct op_case {
     bool heavy;      /**< in which light links carry others 1e6 times as heavy: six digits less */
     uint32_t set;    /**< whose bounds count */
     uint32_t damped; /**< 1: the model has damping, and the oracle uses it */
+    double friction_velocity;   /**< the same of friction; 0: none */
     uint32_t link_count;        /**< frames of the model */
     uint32_t link[OP_FREEDOMS]; /**< link of `whole` of each frame */
     tfa_request r, whole_r;     /**< the states, without op, tips and flags */

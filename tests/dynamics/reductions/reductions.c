@@ -97,8 +97,11 @@ static void make_robot(reduction *r, random_source *s)
                                           .armature_chance = 0.6,
                                           .shuffled = chance(s, 0.5)};
     r->file = must(random_robot_create(random_bits(s), &options));
-    for (size_t j = 0; j < r->file->joint_count; j++)
+    random_source rubbing = {r->seed};
+    for (size_t j = 0; j < r->file->joint_count; j++) {
         r->file->joints[j].damping = random_uniform(s, 0, 1);
+        r->file->joints[j].friction = random_uniform(&rubbing, 0, 2);
+    }
     if (r->kinds & REDUCE_MASSLESS)
         random_robot_empty_links(s, r->file, 0.5);
     if (r->kinds & REDUCE_MIMICS)
@@ -343,10 +346,17 @@ static bool can_be_derived(const reduction *r)
     return !(r->kinds & REDUCE_MASSLESS);
 }
 
+double reduction_friction_velocity(const tfa_model_options *options)
+{
+    const double v = options->friction_velocity;
+    return !options->friction ? 0 : v > 0 ? v : TFA_FRICTION_VELOCITY;
+}
+
 static void open_oracle(reduction *r)
 {
     r->o = must(oracle_create(r->whole, r->base));
     oracle_use_damping(r->o, r->options.damping);
+    oracle_use_friction(r->o, reduction_friction_velocity(&r->options));
     r->whole_nq = oracle_q_count(r->o);
     r->whole_nv = oracle_v_count(r->o);
     place_joints(r);
@@ -366,6 +376,8 @@ void reduction_open(reduction *r, uint64_t seed, uint32_t kinds, tfa_base base)
     r->options.base = base;
     r->options.rotor_inertia = chance(&s, 0.5);
     r->options.damping = chance(&s, 0.5);
+    r->options.friction = seed % 2;
+    r->options.friction_velocity = seed % 4 == 1 ? 0.3 : 0;
     const tfa_mimic_policy policies[4] = {TFA_MIMIC_PROJECT, TFA_MIMIC_PROJECT, TFA_MIMIC_LOCK,
                                           TFA_MIMIC_FREE};
     r->options.mimic = policies[random_below(&s, 4)];

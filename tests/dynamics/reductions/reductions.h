@@ -74,6 +74,8 @@ void reduction_open(reduction *r, uint64_t seed, uint32_t kinds, tfa_base base);
 bool reduction_open_robot(reduction *r, const char *name, tfa_description *d,
                           const tfa_model_options *options);
 void reduction_close(reduction *r);
+/** That is in use; 0: no friction */
+double reduction_friction_velocity(const tfa_model_options *options);
 
 /** The model of a description, which must be accepted. */
 tfa_model *reduction_compile(const reduction *r, const tfa_description *d,

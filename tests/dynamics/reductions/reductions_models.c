@@ -120,8 +120,11 @@ static void compare_unreduced(reduction *r, const tfa_model *model, question *a)
 
 static void unreduced(reduction *r, uint64_t seed)
 {
-    const tfa_model_options options = {
-        .base = r->base, .gravity = r->gravity, .damping = r->options.damping};
+    const tfa_model_options options = {.base = r->base,
+                                       .gravity = r->gravity,
+                                       .damping = r->options.damping,
+                                       .friction = r->options.friction,
+                                       .friction_velocity = r->options.friction_velocity};
     tfa_model *model = reduction_compile(r, r->whole, &options);
     question a;
     /* bodies are fused without being asked to: such a model is not an unreduced one */

@@ -32,10 +32,10 @@ static struct test_case test_case_open(chain_mechanism mechanism, uint32_t links
                                        double damping)
 {
     struct test_case x = {.description = chain_create(mechanism, links, links)};
-    const tfa_model_options options = {.base = base};
+    const tfa_model_options options = {.base = base, .damping = 1, .friction = damping > 0};
     random_source s = {links};
     for (size_t k = 0; k < x.description->joint_count; k++)
-        ((tfa_joint *)(uintptr_t)&x.description->joints[k])->damping = damping;
+        x.description->joints[k].damping = x.description->joints[k].friction = damping;
     x.model = compiled(x.description, &options);
     const tfa_workspace_options workspace_options = {.methods = TFA_METHODS_ALL};
     x.workspace = workspace_for(x.model, &workspace_options);

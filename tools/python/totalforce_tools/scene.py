@@ -9,6 +9,7 @@ from totalforce import _totalforce
 from totalforce_tools.command import Group, Option, Usage, number, word
 
 SNAP_MAX = 0.01  # rad
+FRICTION_VELOCITY_MIN = 1e-9  # rad/s or m/s
 POLICIES = {"base": "fixed|floating", "mimic": "free|project|lock",  # in the order of their numbers
             "inertia": "strict|warn|repair|strict-physical"}
 PAYLOAD = "LINK:MASS[,X,Y,Z[,IXX,IXY,IXZ,IYY,IYZ,IZZ]]"
@@ -77,6 +78,17 @@ def read_snap(text, _):
     return number(text)
 
 
+def read_friction_velocity(text, _):
+    if not number(text) >= FRICTION_VELOCITY_MIN:
+        raise ValueError(f"{text} is no velocity from {FRICTION_VELOCITY_MIN:g} rad/s or m/s on")
+    return number(text)
+
+
+def read_rotor(text, before):
+    joint, inertia = split(text, "=", "JOINT=INERTIA")
+    return (before or {}) | {joint: number(inertia)}
+
+
 OPTIONS = [
     Group("How the file becomes a model:"),
     choice("base", POLICIES["base"], "The root link (fixed)"),
@@ -89,6 +101,9 @@ OPTIONS = [
     Option("rotor-inertia", None, None,
            "Apply drake:rotor_inertia of the file (left out unless asked for)"),
     Option("damping", None, None, "Apply the damping of the file (left out unless asked for)"),
+    Option("friction", None, None, "Apply the friction of the file (left out unless asked for)"),
+    Option("friction-velocity", None, "V", "Joints slower than V rad/s or m/s have part of their "
+           "friction, at rest none (0.01)", read_friction_velocity),
     Option("lock-massless-leaves", None, None,
            "Lock joints that move nothing with mass (an error unless asked for)"),
     Option("snap", None, "ANGLE", "Rotations within ANGLE rad of right angles become exactly "
@@ -101,11 +116,14 @@ OPTIONS = [
            lambda text, before: (before or []) + [text]),
     Option("payload", None, PAYLOAD, "Load on a link: kg, its centre of mass in m, its inertia "
            "about that in kg m^2", read_payload),
+    Option("rotor", None, "JOINT=INERTIA", "Inertia of a motor's rotor, kg m^2, times the square "
+           "of the joint's reduction in the file added to its armature", read_rotor),
     Option("modes", None, "FILE", "Modes of flexible links, as YAML (`totalforce beam` writes "
            "those of a beam)", lambda text, before: (before or []) + [text]),
     Option("constraints", None, "FILE", "Closed loops, contacts and joints with a motor, as YAML",
            lambda text, before: (before or []) + [text]),
-    Group("--lock, --tip, --payload, --modes and --constraints may be given several times."),
+    Group("--lock, --tip, --payload, --rotor, --modes and --constraints may be given several "
+          "times."),
 ]
 
 
@@ -135,7 +153,8 @@ def load(path, o):
     locks = o.lock or []
     options = {
         "base": o.base, "gravity": o.gravity, "mimic": o.mimic, "inertia": o.inertia,
-        "rotor_inertia": o.rotor_inertia, "damping": o.damping, "snap": o.snap, "root": o.root,
+        "rotor_inertia": o.rotor_inertia, "damping": o.damping, "friction": o.friction,
+        "friction_velocity": o.friction_velocity, "rotors": o.rotor, "snap": o.snap, "root": o.root,
         "lock_massless_leaves": o.lock_massless_leaves, "tips": o.tip, "payload": o.payload,
         "modes": o.modes, "constraints": o.constraints,
         # seven numbers are room for any joint

@@ -37,12 +37,15 @@ def describe(robot, directory):
 
 def compile_model(settings, urdf):
     o, scene = settings["options"], settings["options"]["scene"] or {}
-    flags = {name: bool(o[name]) for name in ("rotor_inertia", "damping", "lock_massless_leaves")}
+    flags = {name: bool(o[name]) for name in ("rotor_inertia", "damping", "friction",
+                                            "lock_massless_leaves")}
     return tf.Model.parse(
         urdf, gravity=o["gravity"], snap=o["snap"], root=scene.get("root"),
         tips=scene.get("tips"), payload=scene.get("payloads"),
         locked={lock["joint"]: lock["q"] for lock in scene.get("locks", ())},
-        armature={entry["joint"]: entry["value"] for entry in o["armature"]},
+        friction_velocity=o["friction_velocity"],
+        **{name: {entry["joint"]: entry["value"] for entry in o[name]}
+           for name in ("armature", "rotors")},
         **{name: json.dumps(scene[name]).encode() for name in ("modes", "constraints")
            if name in scene},
         **flags, **{name: words.split("|")[o[name]] for name, words in POLICIES.items()})

@@ -156,6 +156,11 @@ static const struct {
     ARRAY(delassus, 36, OF_CONSTRAINTS, OF_CONSTRAINTS, 0),
     ARRAY(v, 1, OF_V, OF_1, TFA_OPS_IMPACT),
     ARRAY(base_twist, 6, OF_1, OF_1, 0),
+    ARRAY(friction_force, 1, OF_N, OF_1, 0),
+    ARRAY(regressor, TFA_LINK_PARAMETERS, OF_N, OF_TIPS, TFA_OPS_REGRESSOR),
+    ARRAY(joint_regressor, TFA_JOINT_PARAMETERS, OF_V, OF_1, TFA_OPS_REGRESSOR),
+    ARRAY(generalised_momentum, 1, OF_N, OF_1, 0),
+    ARRAY(momentum_rate, 1, OF_N, OF_1, 0),
 };
 enum { REPLY_ARRAYS = sizeof arrays_of_reply / sizeof *arrays_of_reply };
 

@@ -7,7 +7,7 @@ import support
 import totalforce as tf
 from support import Case, daemon, json_arrays, json_line, load, run_tool, state, tips_of
 
-EVERYWHERE = ["poses", "com", "momentum", "energy"]
+EVERYWHERE = ["poses", "com", "momentum", "energy", "generalised_momentum"]  # rigid: the last
 OF_TIPS = ["pose", "twist", "jacobian", "bias_acceleration"]
 OF_LAMBDA = ["lambda", "mu", "p", "spectrum"]
 
@@ -62,6 +62,7 @@ def questions(model, tips, rng):
     }
     yield "task_torques", {**s, **task, **changes}
     yield "derivatives", {**s, **tau}
+    yield "regressor", {**s, **qdd, "tips": tips}
 
 
 def one_state(fields, k):
@@ -96,6 +97,21 @@ class SameBits(Case):
             for name in ("rank", "threshold", "eig_min", "eig_max", "error_estimate"):
                 if name in answer:
                     self.same_bits(getattr(reply, name), answer[name], f"{op}: {name}")
+
+    def observe(self, model, client, tip):
+        """An observer through the daemon has the bits of one in this process."""
+        both = [tf.Observer(solver, 40, max_gap=1) for solver in (tf.Workspace(model), client)]
+        rng = np.random.default_rng(3)
+        for k in range(12):
+            sample = state(model, rng)
+            time = 0.01 * k + (2 if k > 8 else 0)
+            events = [o.update(time, **sample) for o in both]
+            expected = {0: "started", 9: "gap"}.get(k, "updated")
+            self.assertEqual(events, [expected] * 2)
+            self.same_bits(both[0].torques, both[1].torques, "observer")
+        self.assertGreater(np.abs(both[0].torques).max(), 0)
+        where = {name: sample[name] for name in ("q", "base_pose") if name in sample}
+        self.same_bits(*(o.wrench(tip, **where) for o in both), "wrench")
 
     def test_workspace_and_pool_against_solve(self):
         for file, base, tips in support.ROBOT_LIST:
@@ -173,6 +189,7 @@ class SameBits(Case):
                 with tf.Client(name, runtime_dir=folder, connect_timeout=support.WAIT) as client:
                     self.assertEqual(client.hash, model.hash)
                     self.assertEqual(client.joint_names, model.joint_names)
+                    self.observe(model, client, tips[0])
                     self.assertEqual(client.links, model.links)
                     self.compare(client, answers, asked)
 
@@ -188,7 +205,7 @@ class SameBits(Case):
         batch["modes"][0, 0] = 0.06  # beyond its limit
         one = {name: numbers[0] for name, numbers in batch.items()}
         still = {name: one[name] for name in ("q", "modes", "mode_velocities")}
-        tip = {"tips": ["tool0"], "want": OF_TIPS + EVERYWHERE}
+        tip = {"tips": ["tool0"], "want": OF_TIPS + EVERYWHERE[:-1]}
         asked = [("forward_dynamics", {**one, "method": m}) for m in ("aba", "scan", "dca")]
         asked += [
             ("forward_dynamics", {**one, **tip}),

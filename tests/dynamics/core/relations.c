@@ -196,7 +196,7 @@ static double kinetic_energy(const test_robot *robot, const random_states *x, an
     return T;
 }
 
-/* (tau - g(q)) . v with g the forces that hold the robot at rest */
+/* (tau - g(q) - d) . v with g the forces that hold the robot at rest, d damping and friction */
 static double power(const test_robot *robot, const random_states *x, answers *a)
 {
     tfa_request r = fixture_request(robot, x);
@@ -205,8 +205,13 @@ static double power(const test_robot *robot, const random_states *x, answers *a)
     r.op = TFA_OP_INVERSE_DYNAMICS;
     r.v = r.qdd = r.base_twist = r.base_acceleration = NULL;
     compute_ok(robot, robot->f64, &r, &reply);
-    for (uint32_t k = 0; k < robot->nv; k++)
-        P += (x->tau[k] - a->tau[k]) * x->v[k];
+    for (uint32_t k = 0, within; k < robot->nv; k++) {
+        const uint32_t joint = oracle_joint_of_freedom(robot->o, k, &within);
+        const tfa_joint *j = &robot->description->joints[joint];
+        const double v = x->v[k],
+                     per_v = j->damping + j->friction / hypot(v, TFA_FRICTION_VELOCITY);
+        P += (x->tau[k] - a->tau[k] - (robot->lossy ? per_v * v : 0)) * v;
+    }
     for (uint32_t k = 0; k < robot->n - robot->nv; k++)
         P += (x->base_wrench[k] - a->base_wrench[k]) * x->base_twist[k];
     return P;

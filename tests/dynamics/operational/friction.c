@@ -83,7 +83,8 @@ static void check_speed(tfa_workspace *w, uint32_t links, double v, double s)
     reply = (tfa_reply){.qdd = &back, .answers = &answer};
     assert_int_equal(tfa_compute(w, &r, &reply), TFA_OK);
     near(back, qdd, (fabs(tau) + size) / inertia, v);
-    assert_true(answer.error_estimate >= 0 && answer.error_estimate < 1e-9);
+    assert_true(answer.error_estimate >= 0 &&
+                answer.error_estimate < 1e-13 * (1 + (fabs(tau) + size) / inertia));
     r = (tfa_request){
         .op = TFA_OP_INVERSE_DYNAMICS_DERIVATIVES, .count = 1, .q = &q, .v = &v, .qdd = &qdd};
     reply = (tfa_reply){.dtau_dv = &by_v};

@@ -152,7 +152,8 @@ static void check_joints(const op_case *c, tfa_workspace *w)
     const tfa_request r = op_state(c, 0);
     op_answers *a = regressor_of(c, w, &link, 1);
     for (uint32_t i = 0; i < c->nv; i++) {
-        const double *x = a->joint_regressor + (size_t)3 * i, v = r.v[i], s = TFA_FRICTION_VELOCITY;
+        const double *x = a->joint_regressor + (size_t)3 * i, v = r.v[i],
+                     s = c->friction_velocity > 0 ? c->friction_velocity : TFA_FRICTION_VELOCITY;
         assert_true(fabs(x[0] - r.qdd[i]) <= 1e-12 * (1 + fabs(x[0])) && x[1] == v);
         assert_true(fabs(x[2] - v / sqrt(v * v + s * s)) < 1e-15);
     }

@@ -81,6 +81,8 @@ static void with_states(test_robot *robot, random_states *x, int mechanism)
                  .chain = mechanism >= 0,
                  .heavy = carries_heavy(mechanism),
                  .whole_nv = robot->nv,
+                 .damped = robot->lossy,
+                 .friction_velocity = robot->lossy ? TFA_FRICTION_VELOCITY : 0,
                  .s = {robot->seed * 7 + robot->n}};
     snprintf(c.name, sizeof c.name, "%s", robot->name);
     find_links(&c);

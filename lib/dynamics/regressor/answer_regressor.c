@@ -76,6 +76,20 @@ static int add_row(const struct state *s, const struct link_motion *m, uint32_t 
     return rest == 0;
 }
 
+/* The columns of a link, which its support moves */
+static int add_link(struct state *s, uint32_t t, double *Y)
+{
+    int32_t i = s->m->frame[s->tip[t]].body;
+    int finite = 1;
+    if (i < 0)
+        return 1;
+    const struct link_motion m = link_motion(s, t);
+    for (; i >= 0; i = s->body[i].parent)
+        for (uint32_t k = 0; k < s->body[i].n; k++)
+            finite &= add_row(s, &m, s->body[i].v + k, t, Y);
+    return finite;
+}
+
 static int store_joints(const struct state *s, double *out)
 {
     const num *qdd = TFA_V(world_accelerations)(s);
@@ -106,13 +120,8 @@ int TFA_V(answer_regressor)(struct state *s, uint32_t k, tfa_reply *reply, tfa_a
         for (size_t e = 0; e < n * columns; e++)
             Y[e] = 0;
         TFA_V(jacobian)(s, TFA_FRAME_LOCAL);
-        for (uint32_t t = 0; t < s->tips; t++) {
-            if (s->m->frame[s->tip[t]].body < 0)
-                continue;
-            const struct link_motion m = link_motion(s, t);
-            for (uint32_t j = 0; j < s->m->freedoms; j++)
-                finite &= add_row(s, &m, j, t, Y);
-        }
+        for (uint32_t t = 0; t < s->tips; t++)
+            finite &= add_link(s, t, Y);
     }
     if (reply->joint_regressor)
         finite &= store_joints(s, reply->joint_regressor +

@@ -128,7 +128,7 @@ class Armature(support.Case):
         self.assertTrue(any(j.damping for j in plain.joints))
         want = 2 * v / np.sqrt(v**2 + 0.1**2)
         bias = tf.Workspace(model).bias(np.zeros(7), v)
-        np.testing.assert_allclose(bias.friction_force, want, rtol=1e-14)
+        np.testing.assert_allclose(bias.friction, want, rtol=1e-14)
         tau = [tf.Workspace(m).inverse_dynamics(np.zeros(7), v).tau for m in (plain, model)]
         np.testing.assert_allclose(tau[1] - tau[0], want, rtol=0, atol=1e-13)
         with self.assertRaises(tf.LoadError):

@@ -119,7 +119,7 @@ def json_arrays(model_or_client, answer):
             value += [[0] * len(value[0])] * (6 - len(value))
         elif key == "energy":
             value = [value["kinetic"], value["potential"]]
-        elif key in ("gravity", "velocity", "damping", "external", "armature") and base:
+        elif key in ("gravity", "velocity", "damping", "friction", "external", "armature") and base:
             value = answer["base_" + key] + value
         elif not isinstance(value, list) and key != "mass":
             continue

@@ -135,7 +135,7 @@ static PyStructSequence_Field posture_fields[] = {
     {0}};
 
 static PyStructSequence_Desc descriptions[] = {
-    RECORD("Joint", "A joint with its places in the arrays.", joint_fields, 8),
+    RECORD("Joint", "A joint with its places in the arrays.", joint_fields, 10),
     RECORD("Body", "Mass properties of a body.", body_fields, 9),
     RECORD("DeclaredJoint", "A joint of the URDF file and its fate.", declared_fields, 9),
     RECORD("Summary", "Sizes and totals of a model.", summary_fields, 19),

@@ -5,7 +5,7 @@
 
     check_pages.py SOURCE
 
-README.md has at most 120 lines, docs/ at most 19,500 words, some pages less; every link and picture
+README.md has at most 120 lines, docs/ at most 25,700 words, some pages less; every link and picture
 leads to a file, every anchor to a heading; every page of docs/ is in docs/README.md; every layer of
 architecture.md is drawn.
 """
@@ -14,7 +14,7 @@ import re
 import sys
 
 README_LINES = 120
-DOCS_WORDS = 25500
+DOCS_WORDS = 25700
 PAGE_WORDS = {"python.md": 500}
 PAGE_LINES = {"which-method.md": 60}
 

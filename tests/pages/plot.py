@@ -120,6 +120,15 @@ class Plot(unittest.TestCase):
         same = plot(DATA, DATA)
         self.assertIn("  p50             10.751     10.751   1.000  ", same)
         self.assertEqual(same.count(" within noise"), 6)
+        noisy = copy.deepcopy(SESSION)
+        for run in noisy["runs"]:
+            for histogram in run["slices"][::2]:  # every other tenth twice as long
+                histogram["highest"] *= 2
+                histogram["buckets"] = [[bucket + 128, count] for bucket, count in
+                                        histogram["buckets"]]
+        text = plot(DATA, self.saved(noisy))
+        self.assertIn("  p50             10.751     10.751   1.000  0.853 to 2.345 too noisy to tell",
+                      text)
         del slower["runs"][1]
         self.assertIn("not as many runs: 2, 1", plot(DATA, self.saved(slower)))
 

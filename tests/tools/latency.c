@@ -195,8 +195,10 @@ TEST(test_text)
     free(text);
     session.runs[0].options.open = 1;
     session.runs[0].options.rate = 500;
+    session.baseline->have_pingpong = 0; /* too few round trips for a baseline */
     text = text_of(latency_print_text, &session);
     says(text, "open loop, 500 a second, from the intended times: 1000 round trips");
+    says(text, "\n  ping-pong  ");
     free(text);
     session.runs[0].clients[0].usage = (thread_usage){.tid = 4321, .priority = 80};
     text = text_of(latency_print_cyclictest, &session);
@@ -282,6 +284,30 @@ TEST(test_pingpong)
     assert_int_equal(pingpong_run((pingpong_size){5, 3}, COUNT, 5, MINUTE_NS, NULL, h), TFA_OK);
     assert_int_equal(h->count, 2 * COUNT);
     assert_true(h->lowest > 0);
+    free(baseline);
+}
+
+/* One processor for this side, with a real-time priority, the others for the other side */
+TEST(test_pingpong_at_real_time_priority)
+{
+    latency_baseline *baseline = malloc(sizeof *baseline);
+    cpu_set_t before, others, one;
+    assert_non_null(baseline);
+    latency_baseline_init(baseline);
+    assert_int_equal(sched_getaffinity(0, sizeof before, &before), 0);
+    CPU_ZERO(&one);
+    CPU_SET((size_t)sched_getcpu(), &one);
+    CPU_XOR(&others, &before, &one);
+    if (CPU_COUNT(&others) == 0 || machine_set_priority(50) != 0) {
+        free(baseline);
+        skip();
+    }
+    assert_int_equal(sched_setaffinity(0, sizeof one, &one), 0);
+    const int status = pingpong_run((pingpong_size){1, 1}, 1000, 0, MINUTE_NS / 20, &others,
+                                    &baseline->pingpong.h);
+    assert_int_equal(sched_setaffinity(0, sizeof before, &before), 0);
+    assert_int_equal(machine_set_priority(0), 0);
+    assert_int_equal(status, TFA_OK);
     free(baseline);
 }
 

@@ -77,8 +77,18 @@ for loop in open closed; do
     wait $daemon
 done
 
-# a signal ends a measurement, not the report
+# a real-time priority and locked memory, or the remedy where they are not permitted
 start_daemon
+for option in "--priority 20" --mlock; do
+    "$tool" latency robot --runtime-dir "$run" --count 100 --baseline-ms 0 $option \
+        >"$work/out" 2>"$work/err" || says "$work/err" "or give CAP_"
+    [ "$option" = --mlock ] || grep -q "SCHED_FIFO 20" "$work/out" ||
+        says "$work/err" "--priority 20: Operation not permitted: raise the limit (rtprio"
+done
+status 3 "$tool" latency robot --priority 100
+says "$work/err" "--priority: '100' is not a whole number from 1 to 99"
+
+# a signal ends a measurement, not the report
 for loop in open closed; do
     begin --loop $loop --rate 1000 --clients 2 --save "$work/saved" --csv "$work/csv" --json
     kill $child

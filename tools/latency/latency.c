@@ -118,6 +118,10 @@ static int measure_runs(latency_session *session)
 static int measure(const latency_options *options, latency_session *session)
 {
     latency_baseline *baseline = session->baseline;
+    if (options->mlock && machine_lock_memory() != 0)
+        return EXIT_FAILED;
+    if (options->priority && machine_set_priority(options->priority) != 0)
+        return EXIT_FAILED;
     if (latency_measure_machine(options, baseline) != 0)
         return EXIT_FAILED;
     session->environment = environment_read();
@@ -134,6 +138,8 @@ static int measure(const latency_options *options, latency_session *session)
         if (status != TFA_OK)
             return EXIT_FAILED;
     }
+    if (options->priority && machine_set_priority(0) != 0)
+        return EXIT_FAILED;
     const int reported = report(options, session);
     return result == EXIT_GOOD ? reported : result;
 }

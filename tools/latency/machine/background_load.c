@@ -19,8 +19,15 @@ struct background_load {
     pthread_t threads[];
 };
 
+/* The clients' threads may have a real-time priority; the load that they meet has none. */
+static void leave_priority(void)
+{
+    (void)!sched_setscheduler(0, SCHED_OTHER, &(struct sched_param){0});
+}
+
 static void *compute(void *arg)
 {
+    leave_priority();
     background_load *load = arg;
     volatile double sink = 0;
     double x = 1.0;
@@ -35,6 +42,7 @@ static void *compute(void *arg)
 
 static void *thrash(void *arg)
 {
+    leave_priority();
     background_load *load = arg;
     size_t at = 0;
     while (!atomic_load_explicit(&load->stop, memory_order_relaxed))

@@ -13,6 +13,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <time.h>
 
 static void sleep_until(uint64_t at)
@@ -50,6 +51,29 @@ void machine_measure_gaps(machine_gaps *gaps, uint64_t duration_ns)
         last = now;
     }
     gaps->elapsed_ns = last - start;
+}
+
+int machine_set_priority(int priority)
+{
+    const struct sched_param param = {.sched_priority = priority};
+    if (sched_setscheduler(0, priority ? SCHED_FIFO : SCHED_OTHER, &param) == 0)
+        return 0;
+    fprintf(stderr,
+            "totalforce latency: --priority %d: %s: raise the limit (rtprio in "
+            "/etc/security/limits.conf, LimitRTPRIO= of a unit), or give CAP_SYS_NICE\n",
+            priority, strerror(errno));
+    return -1;
+}
+
+int machine_lock_memory(void)
+{
+    if (mlockall(MCL_CURRENT | MCL_FUTURE) == 0)
+        return 0;
+    fprintf(stderr,
+            "totalforce latency: --mlock: %s: raise the limit (memlock in "
+            "/etc/security/limits.conf, LimitMEMLOCK= of a unit), or give CAP_IPC_LOCK\n",
+            strerror(errno));
+    return -1;
 }
 
 int machine_processors(void)

@@ -43,6 +43,13 @@ typedef struct machine_busy {
 void machine_measure_timer(machine_timer *timer, uint64_t interval_ns, uint64_t duration_ns);
 void machine_measure_gaps(machine_gaps *gaps, uint64_t duration_ns);
 
+/** This thread, and those that it starts, run by SCHED_FIFO; 0: as others. @return 0, or -1 after a
+ *  message */
+int machine_set_priority(int priority);
+
+/** Locks the memory of this process, now and later. @return as machine_set_priority */
+int machine_lock_memory(void);
+
 /** Number of processors this process may use. */
 int machine_processors(void);
 

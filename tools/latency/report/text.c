@@ -255,7 +255,7 @@ void latency_print_text(FILE *out, const latency_session *session)
     const tfa_histogram *columns =
         baseline->pingpong.h.count ? &baseline->pingpong.h : &baseline->solve.h;
     print_head(out, "us", columns);
-    print_row(out, baseline->have_pingpong ? "ping-pong" : "busy", &baseline->pingpong.h, columns);
+    print_row(out, "ping-pong", &baseline->pingpong.h, columns);
     if (baseline->same_size.h.count)
         print_row(out, "same size", &baseline->same_size.h, columns);
     print_row(out, "solve", &baseline->solve.h, columns);

@@ -32,6 +32,8 @@ enum {
     KEY_METHOD,
     KEY_ESTIMATE,
     KEY_CPU,
+    KEY_PRIORITY,
+    KEY_MLOCK,
     KEY_URDF,
     KEY_BASELINE,
     KEY_JSON,
@@ -115,6 +117,11 @@ static const struct argp_option option_table[] = {
      .arg = "default|never|always",
      .doc = "Error estimates (default: the daemon's policy)"},
     {.name = "cpu", .key = KEY_CPU, .arg = "N", .doc = "Pin the clients to processor N"},
+    {.name = "priority",
+     .key = KEY_PRIORITY,
+     .arg = "N",
+     .doc = "Baseline and clients run by SCHED_FIFO with this priority, 1 to 99 (none)"},
+    {.name = "mlock", .key = KEY_MLOCK, .doc = "Lock the memory of this program"},
     {.name = "urdf",
      .key = KEY_URDF,
      .arg = "FILE",
@@ -255,6 +262,12 @@ static error_t parse_measure(int key, char *text, struct argp_state *state)
         return 0;
     case KEY_CPU:
         options->cpu = (int)option_unsigned(state, "cpu", text, 0, CPU_SETSIZE - 1);
+        return 0;
+    case KEY_PRIORITY:
+        options->priority = (int)option_unsigned(state, "priority", text, 1, 99);
+        return 0;
+    case KEY_MLOCK:
+        options->mlock = 1;
         return 0;
     case KEY_URDF:
         options->urdf = text;

@@ -41,7 +41,9 @@ typedef struct latency_options {
     uint32_t batch;
     tfa_method method;
     tfa_estimate estimate;
-    int cpu; /**< of the clients, or -1 */
+    int cpu;      /**< of the clients, or -1 */
+    int priority; /**< SCHED_FIFO; 0: none */
+    int mlock;
     const char *urdf;
     uint64_t baseline_ms; /**< duration of timer loop and gap detector */
     double deadline_us;   /**< a later reply counts as late; 0: none */

@@ -17,6 +17,8 @@ PARTS = ("round_trip", "client", "request", "queue", "compute", "reply")
 SLICES_WANTED = 5
 # Standard deviations of a rank that its interval extends to each side: 95 %
 RANK_DEVIATIONS = 1.96
+# Ratios of the tenths that spread further and include 1 allow no verdict
+SPREAD = 1.5
 SAME = ("via", "load", "robot", "wait", "batch", "model", "version", "kernel", "processor",
         "ended_early")
 
@@ -113,7 +115,8 @@ def compare_quantile(before, after, name):
     old, new = before.trip.quantile(share), after.trip.quantile(share)
     (low, high, a), (least, most, b) = before.range_of(share), after.range_of(share)
     least, most = least / high, most / low
-    verdict = "slower" if least > 1 else "faster" if most < 1 else "within noise"
+    verdict = ("slower" if least > 1 else "faster" if most < 1 else
+               "too noisy to tell" if most > SPREAD * least else "within noise")
     return (f"  p{name:<10} {old / 1e3:10.3f} {new / 1e3:10.3f} {new / old:7.3f}  {least:.3f} to "
             f"{most:.3f} {verdict}{' (by ranks)' if a or b else ''}")
 

@@ -184,6 +184,38 @@ static size_t say_quaternion(const struct refusal *r)
                norm);
 }
 
+/* No answer, and an input that squares to more than single precision holds: the likely cause */
+static size_t say_overflow(const struct refusal *r)
+{
+    tfa_reply at = *r->reply;
+    struct refusal entry = *r;
+    double most = 1e19;
+    if (r->reply->status != TFA_E_NOT_COMPUTED)
+        return 0;
+    at.status = TFA_E_VALUE; /* is about a number, as of an input that is not finite */
+    for (int field = TFA_FIELD_NONE; field <= TFA_FIELD_TORQUE_WEIGHTS; field++) {
+        const uint32_t state = is_of_all_states((tfa_field)field) ? 0 : r->reply->state;
+        uint32_t width = 0;
+        const double *numbers = numbers_of(r->names, r->request, (tfa_field)field, &width);
+        for (uint32_t k = 0; numbers && state < r->request->count && k < width; k++) {
+            const double size = fabs(numbers[(size_t)width * state + k]);
+            if (size <= most)
+                continue;
+            most = size;
+            at.field = (tfa_field)field;
+            at.state = state;
+            at.index = k;
+        }
+    }
+    if (most == 1e19)
+        return 0;
+    entry.reply = &at;
+    entry.place = tfa_refused_place(r->names, r->request, &at);
+    write_entry(&entry);
+    return say(r, "%s: %g: %s: so large a number overflows", entry.entry, *entry.place.number,
+               summary_of(r));
+}
+
 static size_t say_method(const struct refusal *r)
 {
     char body[300] = "";
@@ -402,8 +434,8 @@ size_t tfa_explain(const tfa_names *names, const tfa_request *request, const tfa
                    tfa_option_syntax syntax, char *text, size_t size)
 {
     static size_t (*const reasons[])(const struct refusal *) = {
-        say_quaternion, say_modes,       say_method, say_payload, say_locked, say_tips,
-        say_gain,       say_constraints, say_limit,  say_cost,    say_status};
+        say_quaternion, say_modes, say_overflow,    say_method, say_payload, say_locked,
+        say_tips,       say_gain,  say_constraints, say_limit,  say_cost,    say_status};
     struct refusal r = {names, request, reply, syntax, {0}, "", text, size};
     r.place = tfa_refused_place(names, request, reply);
     write_entry(&r);

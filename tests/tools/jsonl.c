@@ -431,6 +431,12 @@ TEST(test_explanations)
     explain(&arm, "{" FD "," Q "}", &(tfa_reply){.status = TFA_E_NOT_COMPUTED},
             "forward_dynamics: no reliable answer: the problem is singular at this "
             "configuration, or nearly, or a number overflows");
+    explain(&arm, "{" FD "," Q ",\"v\":[-1e20,-2e150,1e150],\"gravity\":[0,0,1e30]}",
+            &(tfa_reply){.status = TFA_E_NOT_COMPUTED},
+            "v[1] (lift): -2e+150: no reliable answer: so large a number overflows");
+    explain(&arm, "{" FD "," Q ",\"wrench\":{\"tool\":[0,1e200,0,0,0,0]}}",
+            &(tfa_reply){.status = TFA_E_NOT_COMPUTED},
+            "wrench[1] (tool): 1e+200: no reliable answer: so large a number overflows");
     explain(&arm, "{" FD "," Q "}",
             &(tfa_reply){.status = TFA_E_VALUE, .field = TFA_FIELD_Q, .index = 1},
             "q[1] (lift): 0: not a finite number");

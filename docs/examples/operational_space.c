@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Impedance control of a tool: it moves to a goal as a mass on a spring and a damper would, while
- * damping in the null space stills the elbow. The controller asks the library or, with the name of
- * a robot, a running daemon over shared memory; the arm is simulated at 1 kHz.
+ * Impedance control of a tool: it moves to a goal, its pose in another posture, as a mass on a
+ * spring and a damper would, while damping in the null space stills the elbow. The controller asks
+ * the library or, with the name of a robot, a running daemon over shared memory; the arm is
+ * simulated at 1 kHz.
  *
  *     cc operational_space.c -o operational_space $(pkg-config --cflags --libs totalforce) -lm
  *     ./operational_space config/robots/arm7.urdf tool0 [ROBOT]
@@ -13,7 +14,7 @@
 #include <stdlib.h>
 #include <totalforce/totalforce.h>
 
-#define N 32 /* joints, at most; a fixed base */
+#define N 64 /* joints, at most, each of one freedom; a fixed base */
 
 static tfa_workspace *workspace;
 static tfa_client *client; /* NULL: the library answers */
@@ -48,30 +49,44 @@ static double angle(const double a[7], const double b[7])
     return 2 * acos(fmin(1, fabs(along)));
 }
 
+/* Pose of the tool in the posture q + offset */
+static int find_pose(uint32_t tool, uint32_t joints, const double *q, double offset, double pose[7])
+{
+    double posture[N];
+    for (uint32_t j = 0; j < joints; j++)
+        posture[j] = q[j] + offset;
+    const tfa_request request = {.op = TFA_OP_KINEMATICS,
+                                 .flags = TFA_WANT_POSES,
+                                 .count = 1,
+                                 .q = posture,
+                                 .tip_count = 1,
+                                 .tips = {tool}};
+    tfa_reply reply = {.poses = pose};
+    return ask(&request, &reply);
+}
+
 /* One millisecond. @return status; pose: of the tool, before */
-static int step(uint32_t tool, uint32_t joints, double q[N], double v[N], double goal[7],
+static int step(uint32_t tool, uint32_t joints, double q[N], double v[N], const double goal[7],
                 double pose[7])
 {
-    double twist[6], acceleration[6], gravity[N], posture[N], tau[N], qdd[N];
+    double twist[6], acceleration[6], gravity[N], momentum[N], posture[N], tau[N], qdd[N];
     tfa_request request = {.op = TFA_OP_BIAS,
-                           .flags = TFA_WANT_POSES | TFA_WANT_TWISTS,
+                           .flags =
+                               TFA_WANT_POSES | TFA_WANT_TWISTS | TFA_WANT_GENERALISED_MOMENTUM,
                            .refine = TFA_REFINE_DEFAULT,
                            .count = 1,
                            .q = q,
                            .v = v,
                            .tip_count = 1,
                            .tips = {tool}};
-    tfa_reply reply = {.gravity_force = gravity, .poses = pose, .twists = twist};
+    tfa_reply reply = {
+        .gravity_force = gravity, .generalised_momentum = momentum, .poses = pose, .twists = twist};
     int status = ask(&request, &reply);
     if (status != TFA_OK)
         return status;
-    if (goal[6] == 2) { /* not yet: 20 cm from the start, as it is turned */
-        for (int k = 0; k < 7; k++)
-            goal[k] = pose[k] + (k < 3 ? (k == 1 ? 0.12 : -0.1) : 0);
-    }
     impedance(goal, pose, twist, acceleration);
     for (uint32_t j = 0; j < joints; j++)
-        posture[j] = gravity[j] - 2 * v[j];
+        posture[j] = gravity[j] - 5 * momentum[j]; /* damping of 5/s, stable on every arm */
     request.op = TFA_OP_TASK_TORQUES;
     request.flags = 0;
     request.tau = posture;
@@ -99,15 +114,22 @@ int main(int argc, char **argv)
         status = tfa_workspace_create(model, NULL, &workspace);
     const int32_t tool =
         status == TFA_OK ? tfa_model_find_frame(model, argc > 2 ? argv[2] : "") : -1;
-    if (status == TFA_OK && (tool < 0 || tfa_model_v_count(model) > N))
+    const uint32_t joints = status == TFA_OK ? tfa_model_v_count(model) : 0;
+    if (status == TFA_OK && tool < 0)
         status = TFA_E_LINK;
+    if (status == TFA_OK && (joints > N || tfa_model_q_count(model) != joints)) {
+        fprintf(stderr, "%u freedoms: at most %d, in joints of one\n", (unsigned)joints, N);
+        status = TFA_E_UNSUPPORTED;
+    }
     if (status == TFA_OK && argc > 3)
         status = tfa_client_connect(&(tfa_client_options){.robot = argv[3]}, &client);
-    double q[N], v[N] = {0}, goal[7] = {[6] = 2}, pose[7];
+    double q[N], v[N] = {0}, goal[7], pose[7];
     for (int j = 0; j < N; j++)
         q[j] = j % 2 ? 0.6 : -0.3;
+    if (status == TFA_OK)
+        status = find_pose((uint32_t)tool, joints, q, 0.1, goal);
     for (int k = 0; status == TFA_OK && k < 3000; k++) {
-        status = step((uint32_t)tool, tfa_model_v_count(model), q, v, goal, pose);
+        status = step((uint32_t)tool, joints, q, v, goal, pose);
         if (status == TFA_OK && k % 500 == 499)
             printf("%.1f s: %.3e m, %.3e rad from the goal\n", 1e-3 * (k + 1),
                    hypot(hypot(goal[0] - pose[0], goal[1] - pose[1]), goal[2] - pose[2]),

@@ -21,6 +21,9 @@ RESULTS = {
     "two_arms_hold_a_bar.py": (r"worst of closure, .* residual: ([\d.e+-]+)", 1e-8),
     "accuracy_of_two_methods.py": (r"worst error of aba, double: ([\d.e+-]+)", 1e-8),
 }
+ROBOTS = support.SOURCE / "tests" / "tools" / "data" / "example_robots"
+OF_ANY_ROBOT = ("forward_dynamics_batch.py", "operational_space_control.py", "identification.py",
+                "collision_detection.py", "accuracy_of_two_methods.py")
 
 
 class Examples(support.Case):
@@ -30,19 +33,31 @@ class Examples(support.Case):
         for name in names:
             with self.subTest(name):
                 self.assertGreater((EXAMPLES / name).read_text().count("\n# %%"), 2, "cells")
-                done = subprocess.run(
-                    [sys.executable, "-W", "error", str(EXAMPLES / name)],
-                    capture_output=True,
-                    text=True,
-                    timeout=5 * support.WAIT,
-                    cwd=support.SOURCE,
-                    env=dict(os.environ),
-                )
-                self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)
-                pattern, bound = RESULTS[name]
-                found = re.search(pattern, done.stdout)
-                self.assertTrue(found, done.stdout)
-                self.assertLess(float(found[1]), bound)
+                self.comes_to_its_result(name)
+
+    def test_any_robot(self):
+        for line in ROBOTS.read_text().splitlines():
+            file, tip = line.split()
+            for name in OF_ANY_ROBOT:
+                with self.subTest(name, file=file):
+                    if not (support.SOURCE / file).exists():
+                        self.skipTest(f"{file} is not there")
+                    self.comes_to_its_result(name, file, tip)
+
+    def comes_to_its_result(self, name, *arguments):
+        done = subprocess.run(
+            [sys.executable, "-W", "error", str(EXAMPLES / name), *arguments],
+            capture_output=True,
+            text=True,
+            timeout=5 * support.WAIT,
+            cwd=support.SOURCE,
+            env=dict(os.environ),
+        )
+        self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)
+        pattern, bound = RESULTS[name]
+        found = re.search(pattern, done.stdout)
+        self.assertTrue(found, done.stdout)
+        self.assertLess(float(found[1]), bound)
 
 
 if __name__ == "__main__":

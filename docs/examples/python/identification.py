@@ -36,7 +36,7 @@ Y = np.concatenate(columns, axis=2).reshape(50 * n, -1)
 def identify(tau):
     """Mass, centre of mass, inertia about it, damping, friction."""
     rest = tau - arm.inverse_dynamics(q, v, qdd).tau
-    p, *_ = np.linalg.lstsq(Y, rest.ravel(), rcond=None)
+    p = np.linalg.lstsq(Y, rest.ravel(), rcond=1e-10)[0]
     mass, com = p[0], p[1:4] / p[0]
     xx, xy, xz, yy, yz, zz = p[4:10]
     about_origin = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
@@ -53,4 +53,8 @@ for name, unit, x, y in zip(
     ("mass", "centre", "inertia", "damping", "friction"), ("kg", "m", "kg m^2", "N m s", "N m"), noisy, true
 ):
     print(f"{name:9} {np.round(x, 4)} {unit}, error {np.abs(np.subtract(x, y)).max():.1e}")
+rank = np.linalg.matrix_rank(Y, 1e-10 * np.linalg.norm(Y))
+if rank < Y.shape[1]:
+    print(f"{rank} of {Y.shape[1]} parameters: the tip's motion does not tell the load's ten apart")
+    worst = max(np.abs(np.subtract(x, y)).max() for x, y in zip(found[3:], true[3:]))
 print(f"largest error without noise: {worst:.1e}")

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: The totalforce authors
-"""Operational-space control: the tool of an arm goes to a goal as a mass on a spring and a damper
-would; torques in the null space still the elbow. The arm is simulated at 1 kHz.
+"""Operational-space control: the tool of any arm goes to a goal, its pose in another posture, as a
+mass on a spring and a damper would; torques in the null space still the elbow. The arm is simulated
+at 1 kHz.
 
     python3 operational_space_control.py [config/robots/arm7.urdf [TOOL]]
 """
@@ -18,10 +19,9 @@ model = tf.Model(path)
 controller = tf.Workspace(model)
 simulator = tf.Workspace(model)
 
-q = np.array([0, 0.5, 0, -1, 0, 0.5, 0])  # rad
+q = np.where(np.arange(model.q_count) % 2, 0.6, -0.3)  # rad: bent joints
 v = np.zeros(model.v_count)  # rad/s
-pose = controller.kinematics(q, tips=tool, want="pose").pose[0]  # x y z, quaternion x y z w
-goal = pose + [-0.1, 0.12, -0.1, 0, 0, 0, 0]  # m; attitude as at the start
+goal = controller.kinematics(q + 0.1, tips=tool, want="pose").pose[0]  # x y z, quaternion x y z w
 
 
 # %% Desired acceleration of the tool, linear then angular, in axes of the world
@@ -38,12 +38,14 @@ def impedance(goal, pose, twist, stiffness=100.0):  # 1/s^2
     return stiffness * offset - damping * twist
 
 
-# %% Torques: those of the task, and posture torques that the tool does not feel
+# %% Torques: those of the task, and posture torques that the tool does not feel. Damping of the
+# momentum M v is stable on every arm, damping of v is not where joints are light
 def control(q, v):
-    here = controller.bias(q, v, tips=tool, want=["pose", "twist"])
+    here = controller.bias(q, v, tips=tool, want=["pose", "twist", "generalised_momentum"])
     acceleration = impedance(goal, here.pose[0], here.twist[0])
+    posture = here.gravity - 5 * here.generalised_momentum  # 1/s
     task = controller.task_torques(
-        q, v, {tool: acceleration}, posture_torques=here.gravity - 2 * v, rank_loss="damp"
+        q, v, {tool: acceleration}, posture_torques=posture, rank_loss="damp"
     )
     return task.tau, here.pose[0]
 

@@ -35,7 +35,8 @@ static struct test_case test_case_open(chain_mechanism mechanism, uint32_t links
     const tfa_model_options options = {.base = base, .damping = 1, .friction = damping > 0};
     random_source s = {links};
     for (size_t k = 0; k < x.description->joint_count; k++)
-        x.description->joints[k].damping = x.description->joints[k].friction = damping;
+        x.description->joints[k].damping = x.description->joints[k].friction =
+            damping * (double)(k % 3);
     x.model = compiled(x.description, &options);
     const tfa_workspace_options workspace_options = {.methods = TFA_METHODS_ALL};
     x.workspace = workspace_for(x.model, &workspace_options);

@@ -6,9 +6,12 @@
 #include "client/client.h"
 
 #include <errno.h>
+#include <fcntl.h>
+#include <grp.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -94,11 +97,45 @@ int tfa_client_connect(const tfa_client_options *options, tfa_client **client)
     return TFA_OK;
 }
 
+/* A group's name, or its number if it has none */
+static const char *group_name(gid_t group, char *text, size_t size)
+{
+    struct group entry, *found = NULL;
+    if (getgrgid_r(group, &entry, text, size, &found) == 0 && found)
+        return entry.gr_name;
+    snprintf(text, size, "%u", (unsigned)group);
+    return text;
+}
+
+/* Message about a socket that the kernel does not let this user open; 0: it does. Members of the
+ * group root are more than clients: that group is no remedy. */
+static int explain_mode(const char *robot, const char *dir, char *text, size_t size)
+{
+    char path[128], name[4096];
+    struct stat info;
+    const int n = snprintf(path, sizeof path, "%s/%s.sock", dir, robot);
+    if (n < 0 || n >= (int)sizeof path || stat(path, &info) != 0 ||
+        faccessat(AT_FDCWD, path, W_OK, AT_EACCESS) == 0)
+        return 0;
+    const char *group = group_name(info.st_gid, name, sizeof name);
+    const bool joins = info.st_gid != 0 && (info.st_mode & S_IWGRP);
+    return snprintf(text, size,
+                    "robot '%s': this user may not open %s, of mode %04o and group '%s': %s%s%s"
+                    "name a group of theirs with 'group' in the daemon's configuration",
+                    robot, path, (unsigned)info.st_mode & 0777, group,
+                    joins ? "sudo adduser $USER " : "", joins ? group : "",
+                    joins ? " and log in again, or " : "");
+}
+
 /* Message about the folder DIR and the socket DIR/ROBOT.sock */
 static int explain(const char *robot, const char *dir, int status, const char *cause, char *text,
                    size_t size)
 {
     const char *reason = tfa_connection_refusal();
+    const int length =
+        status == TFA_E_REFUSED && !*reason ? explain_mode(robot, dir, text, size) : 0;
+    if (length != 0)
+        return length;
     if (status == TFA_E_DISCONNECTED && *reason)
         return snprintf(text, size, "robot '%s': the daemon at %s hung up: %s", robot, dir, reason);
     if (status == TFA_E_DISCONNECTED)

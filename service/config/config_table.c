@@ -394,13 +394,15 @@ static const config_row top_rows[] = {
     {"runtime_dir", CONFIG_TEXT, AT(config, runtime_dir),
      .help = "Sockets and lock; $TOTALFORCE_RUNTIME_DIR, else /run/totalforce ($XDG_RUNTIME_DIR/"
              "totalforce if not root)"},
-    {"group", CONFIG_TEXT, AT(config, group), .help = "Group that may connect (sockets are 0660)"},
+    {"group", CONFIG_TEXT, AT(config, group),
+     .help = "Group that may connect (sockets are 0660); that of the daemon's user when absent"},
     {"allow_users", CONFIG_LIST, LIST_AT(config, allow_users), .low = 0, .high = 1000,
      .entry = CONFIG_TEXT, RELOADABLE,
-     .help = "Users that may connect, besides root and the daemon's own; all when both are absent"},
+     .help = "Users of that group that may connect, besides root and the daemon's own; all when "
+             "both are absent"},
     {"allow_groups", CONFIG_LIST, LIST_AT(config, allow_groups), .low = 0, .high = 1000,
      .entry = CONFIG_TEXT, RELOADABLE,
-     .help = "Groups whose members may connect; all when both are absent"},
+     .help = "Groups whose members, if they are of that group, too, may connect"},
     {"user", CONFIG_TEXT, AT(config, user),
      .help = "Started by root: becomes this user when priorities and locks are held"},
     {"log", CONFIG_WORD, AT(config, log_level), .default_value = 2, .words = log_words,

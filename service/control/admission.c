@@ -10,6 +10,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "platform/log.h"
@@ -27,24 +28,99 @@ static int report_unknown(const config *c, const char *key, size_t index, const 
     return TFA_E_ARGUMENT;
 }
 
-static int find_names(const config *c, tfa_admission *a)
+/* User of the daemon and group of its sockets */
+typedef struct door {
+    uid_t user;
+    gid_t group;
+} door;
+
+/* A check may run as another user: the runtime directory belongs to the daemon's. */
+static door find_door(const config *c)
+{
+    struct stat info;
+    const struct passwd *user = NULL;
+    const struct group *group = c->group ? getgrnam(c->group) : NULL;
+    if (c->user && geteuid() == 0)
+        user = getpwnam(c->user);
+    else if (stat(c->runtime_dir, &info) == 0 && info.st_uid != geteuid())
+        user = getpwuid(info.st_uid);
+    door d = user ? (door){user->pw_uid, user->pw_gid} : (door){geteuid(), getegid()};
+    d.group = group ? group->gr_gid : d.group;
+    return d;
+}
+
+static bool opens(const door *d, const struct passwd *user)
+{
+    gid_t groups[GROUPS_MAX];
+    int count = GROUPS_MAX;
+    if (user->pw_uid == 0 || user->pw_uid == d->user)
+        return true;
+    if (getgrouplist(user->pw_name, user->pw_gid, groups, &count) < 0)
+        return true; /* of more groups than these: unknown */
+    for (int i = 0; i < count; i++)
+        if (groups[i] == d->group)
+            return true;
+    return false;
+}
+
+/* The lists narrow what the mode of the sockets lets in, and cannot widen it. */
+static void warn_kept_out(const config *c, const door *d, const char *key, size_t index,
+                          const char *user)
+{
+    const struct group *entry = getgrgid(d->group);
+    const char *group = entry ? entry->gr_name : "GROUP";
+    char path[64], location[512];
+    snprintf(path, sizeof path, "%s[%zu]", key, index);
+    config_location(c, path, location, sizeof location);
+    tfa_log(TFA_LOG_WARNING,
+            "%s: %s: user '%s' cannot open the sockets: their mode is 0660 and their group %u "
+            "('%s'); adduser %s %s, or name a group of theirs with 'group'",
+            location, path, user, (unsigned)d->group, group, user, group);
+}
+
+static int find_users(const config *c, const door *d, tfa_admission *a)
 {
     int status = TFA_OK;
     for (size_t i = 0; i < c->allow_users_count; i++) {
-        const struct passwd *entry = getpwnam(c->allow_users[i]);
-        if (entry)
-            a->users[a->user_count++] = entry->pw_uid;
-        else
-            status = report_unknown(c, "allow_users", i, c->allow_users[i]);
-    }
-    for (size_t i = 0; i < c->allow_groups_count; i++) {
-        const struct group *entry = getgrnam(c->allow_groups[i]);
-        if (entry)
-            a->groups[a->group_count++] = entry->gr_gid;
-        else
-            status = report_unknown(c, "allow_groups", i, c->allow_groups[i]);
+        const char *name = c->allow_users[i];
+        const struct passwd *entry = getpwnam(name);
+        if (!entry) {
+            status = report_unknown(c, "allow_users", i, name);
+            continue;
+        }
+        a->users[a->user_count++] = entry->pw_uid;
+        if (!opens(d, entry))
+            warn_kept_out(c, d, "allow_users", i, name);
     }
     return status;
+}
+
+static int find_groups(const config *c, const door *d, tfa_admission *a)
+{
+    int status = TFA_OK;
+    for (size_t i = 0; i < c->allow_groups_count; i++) {
+        const struct group *entry = getgrnam(c->allow_groups[i]);
+        if (!entry) {
+            status = report_unknown(c, "allow_groups", i, c->allow_groups[i]);
+            continue;
+        }
+        a->groups[a->group_count++] = entry->gr_gid;
+        for (char **member = entry->gr_mem; *member; member++) {
+            const struct passwd *user = getpwnam(*member);
+            if (user && !opens(d, user)) {
+                warn_kept_out(c, d, "allow_groups", i, user->pw_name);
+                break; /* one is enough, and `entry` has gone */
+            }
+        }
+    }
+    return status;
+}
+
+static int find_names(const config *c, tfa_admission *a)
+{
+    const door d = find_door(c);
+    const int users = find_users(c, &d, a), groups = find_groups(c, &d, a);
+    return users != TFA_OK ? users : groups;
 }
 
 int tfa_admission_load(const config *settings, tfa_admission *admission)

@@ -42,7 +42,8 @@ bool tfa_is_operator(uid_t user);
 uint64_t tfa_share_of(uint64_t total, uint64_t others, uid_t user);
 
 /** Looks the names of `allow_users` and `allow_groups` up; logs the place of one that does not
- *  exist. @return TFA_OK; TFA_E_ARGUMENT; TFA_E_MEMORY. On error *admission is empty. */
+ *  exist, and warns of users whom the sockets' group keeps out. @return TFA_OK; TFA_E_ARGUMENT;
+ *  TFA_E_MEMORY. On error *admission is empty. */
 TFA_CHECKED int tfa_admission_load(const config *settings, tfa_admission *admission);
 void tfa_admission_free(tfa_admission *admission);
 

@@ -166,6 +166,64 @@ TEST(allowed_users_and_groups)
     }
 }
 
+/* In a child as user nobody. @return whether the client is refused with these words, and without
+ * `absent` */
+static bool nobody_is_told(scene *s, const char *word, const char *other, const char *absent)
+{
+    assert_int_equal(chmod(s->h.directory, 0711), 0);
+    const tfa_client_options options = harness_options(&s->h, "arm");
+    const pid_t child = fork();
+    if (child == 0) {
+        char text[512];
+        tfa_client *client;
+        if (!become_user(USER_NOBODY))
+            _exit(99);
+        const int status = tfa_client_connect(&options, &client);
+        (void)tfa_client_explain(&options, status, text, sizeof text);
+        const bool told = status == TFA_E_REFUSED && strstr(text, "/arm.sock, of mode 0660") &&
+                          strstr(text, word) && strstr(text, other) && !strstr(text, absent);
+        if (!told)
+            fprintf(stderr, "%s\n", text);
+        _exit(told ? 0 : 1);
+    }
+    return child_end(child) == 0;
+}
+
+/* A user whom the mode of the socket keeps out is told the group and how to become a member; root's
+ * is not one to join. */
+TEST(refused_by_the_mode)
+{
+    if (geteuid() != 0)
+        skip();
+    SCOPED_SCENE of_daemon = open_scene("group: daemon\n");
+    assert_true(nobody_is_told(&of_daemon, "group 'daemon'", "adduser $USER daemon", "quota"));
+    SCOPED_SCENE of_root = open_scene("");
+    assert_true(nobody_is_told(&of_root, "group 'root'", "'group' in the daemon's", "adduser"));
+}
+
+/* Lists do not open the sockets for users whom the group keeps out: --check says so. */
+TEST(kept_out_in_spite_of_the_list)
+{
+    static const struct {
+        const char *more, *warning; /* NULL: none */
+    } cases[] = {
+        {"allow_users: [root, nobody]\n", "allow_users[1]: user 'nobody' cannot open the sockets"},
+        {"group: daemon\nallow_users: [nobody]\n", "adduser nobody daemon"},
+        {"group: nogroup\nallow_users: [nobody]\n", NULL},
+        {"user: nobody\nallow_users: [nobody]\n", NULL},
+    };
+    if (geteuid() != 0)
+        skip();
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        SCOPED_HARNESS h = harness_make(ARM, cases[i].more);
+        assert_int_equal(harness_check(&h), 0);
+        if (cases[i].warning)
+            assert_true(harness_logged(&h, cases[i].warning));
+        else
+            assert_int_equal(harness_log_lines(&h, "cannot open"), 0);
+    }
+}
+
 /* A user with as many connections as it may have locks nobody else out. */
 TEST(users_have_quotas_of_their_own)
 {

@@ -45,7 +45,7 @@ extern "C" {
       "none listens at the robot's socket, or it ended: start totalforced, then reconnect")        \
     X(E_PROTOCOL, -19, "protocol error", "the peer broke the protocol or speaks another version")  \
     X(E_REFUSED, -20, "refused",                                                                   \
-      "the daemon does not serve this user or such requests, or a quota is used up")               \
+      "the group of the socket, allow_*, refuse or a quota keeps this user or request out")        \
     X(E_SYSTEM, -21, "system call failed", "see errno")                                            \
     X(E_UNSUPPORTED, -22, "not supported", "this build or this robot cannot do that")              \
     X(E_LOST, -23, "request lost", "the daemon restarted while the request was under way: repeat") \

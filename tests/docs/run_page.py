@@ -3,11 +3,12 @@
 # SPDX-FileCopyrightText: The totalforce authors
 """Runs every code block of a page of documentation, in order, as a reader would.
 
-    with_domain run_page.py PAGE PREFIX SOURCE [--from-source] [--build BUILD]
+    with_domain run_page.py PAGE PREFIX SOURCE [--from-source] [--build BUILD] [--then PAGE]...
 
 PREFIX is an installed totalforce. The blocks run in one bash session in a folder of its own with
 copies of config/, idl/ and docs/examples/; with --from-source in a folder that looks like the
-source tree with its build (the README starts there).
+source tree with its build (the README starts there). Pages of --then go on in the same session,
+with what the earlier ones copied and set.
 
     sh                     executed; a block fails where a command does
     c cpp cmake python xml yaml, whose first line is a comment with a file name: saved as that file
@@ -253,6 +254,7 @@ def main():
     parser.add_argument("source", type=pathlib.Path)
     parser.add_argument("--from-source", action="store_true")
     parser.add_argument("--build", type=pathlib.Path)
+    parser.add_argument("--then", type=pathlib.Path, action="append", default=[])
     parser.add_argument("--compiler", default="/usr/bin/cc")
     parser.add_argument("--say", action="append", default=[],
                         help="regular expression that a line of the output has to match")
@@ -260,6 +262,9 @@ def main():
     options.prefix, options.source = options.prefix.resolve(), options.source.resolve()
     name = options.page.name
     blocks, mistakes = parse(options.page.read_text())
+    for page in options.then:
+        for known, found in zip((blocks, mistakes), parse(page.read_text())):
+            known.extend(found)
     scratch = pathlib.Path(tempfile.mkdtemp(prefix="tfa-page-"))
     try:
         script, more, ran = script_of(blocks, scratch)

@@ -239,12 +239,27 @@ static int serve(config *settings)
     return status == TFA_OK ? EXIT_GOOD : EXIT_FAILED;
 }
 
+static int check_runtime_dir(const config *settings)
+{
+    uid_t user;
+    gid_t user_group, group;
+    char text[512], location[512];
+    int status = tfa_identity_find(settings, &user, &user_group, &group);
+    if (status == TFA_OK)
+        status = tfa_runtime_dir_check(settings->runtime_dir, user, text, sizeof text);
+    config_location(settings, "runtime_dir", location, sizeof location);
+    if (status == TFA_E_REFUSED)
+        tfa_log(TFA_LOG_ERROR, "%s: runtime_dir: %s", location, text);
+    return status;
+}
+
 /* Everything that a start or a reload would load. */
 static int check_configuration(const config *settings)
 {
     robot_set f;
     tfa_admission admission;
     const int identity = tfa_identity_check(settings);
+    const int directory = identity == TFA_OK ? check_runtime_dir(settings) : TFA_OK;
     const int admitted = tfa_admission_load(settings, &admission);
     const int status = robot_set_load(settings, NULL, &f);
     const int joined = gateways_check(settings);
@@ -255,8 +270,8 @@ static int check_configuration(const config *settings)
         tfa_admission_free(&admission);
     if (status == TFA_OK)
         robot_set_unload(&f);
-    const bool good =
-        status == TFA_OK && identity == TFA_OK && admitted == TFA_OK && joined == TFA_OK;
+    const bool good = status == TFA_OK && identity == TFA_OK && directory == TFA_OK &&
+                      admitted == TFA_OK && joined == TFA_OK;
     return good ? EXIT_GOOD : EXIT_FAILED;
 }
 
@@ -272,7 +287,9 @@ enum { KEY_CHECK = 'n', KEY_CHECK_RT = 'r', KEY_DUMP = 'd' };
 
 static const struct argp_option option_table[] = {
     {"check", KEY_CHECK, NULL, 0,
-     "Check the configuration, its robots, user and group, and end: 0 good, 2 not", 0},
+     "Check the configuration, its robots, runtime directory, user and group, and end: 0 good, 2 "
+     "not",
+     0},
     {"check-rt", KEY_CHECK_RT, NULL, 0,
      "Report how far this machine suits the configuration's real-time wishes, with remedies, and "
      "end: 0 good, 1 something cannot be had",

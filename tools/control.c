@@ -54,7 +54,7 @@ static int give(const char *command, const arguments *a, int32_t timeout_ms, cha
     if (*text)
         fprintf(stderr, "totalforce %s: %s\n", command, text);
     else
-        operator_explain(command, status);
+        operator_explain(command, a->runtime_dir, status);
     return EXIT_FAILED;
 }
 

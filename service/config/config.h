@@ -296,8 +296,8 @@ void config_dump(const config *c, FILE *out);
 int config_print_keys(FILE *out);
 
 /**
- * Names the first key that differs although only a restart can change it, in `text`: the whole
- * sentence. @return there is one
+ * Names the first key that differs although only a restart can change it, in `text`: where it
+ * stands, as config_location, and the whole sentence. @return there is one
  */
 bool config_needs_restart(const config *now, const config *next, char *text, size_t size);
 

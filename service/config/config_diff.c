@@ -9,6 +9,7 @@
 
 /* The first difference found: its path, and both values where they are short. */
 typedef struct difference {
+    const config *next;
     char *text;
     size_t size;
 } difference;
@@ -38,7 +39,9 @@ static bool same_scalar(config_kind kind, const void *a, const void *b)
 /* @return true, for the caller to hand on */
 static bool set_difference(const difference *d, const char *path, const char *what)
 {
-    snprintf(d->text, d->size, "%s %s", path, what);
+    char location[256];
+    config_location(d->next, path, location, sizeof location);
+    snprintf(d->text, d->size, "%s: %s %s", location, path, what);
     return true;
 }
 
@@ -87,6 +90,6 @@ static bool differ(const config_table *t, const char *now, const char *next, con
 
 bool config_needs_restart(const config *now, const config *next, char *text, size_t size)
 {
-    const difference d = {text, size};
+    const difference d = {next, text, size};
     return differ(&config_top, (const char *)now, (const char *)next, "", &d);
 }

@@ -70,12 +70,18 @@ void config_check_runtime_dir(config_reader *r, const config *c)
     char text[300];
     find_longest(c, longest);
     const size_t directory = strlen(c->runtime_dir), file = 1 + strlen(longest);
-    if (directory + file <= PATH_LENGTH_MAX)
+    if (*c->runtime_dir != '/')
+        snprintf(text, sizeof text,
+                 "'%.200s' is not absolute, and clients have other working directories: begin it "
+                 "with '/'",
+                 c->runtime_dir);
+    else if (directory + file > PATH_LENGTH_MAX)
+        snprintf(text, sizeof text,
+                 "%zu characters, with '/%s' %zu; the path of a socket has at most %zu: choose a "
+                 "runtime_dir of at most %zu",
+                 directory, longest, directory + file, PATH_LENGTH_MAX, PATH_LENGTH_MAX - file);
+    else
         return;
-    snprintf(text, sizeof text,
-             "%zu characters, with '/%s' %zu; the path of a socket has at most %zu: choose a "
-             "runtime_dir of at most %zu",
-             directory, longest, directory + file, PATH_LENGTH_MAX, PATH_LENGTH_MAX - file);
     if (c->runtime_dir != c->default_dir) {
         config_error(r, "runtime_dir", "%s", text);
         return;

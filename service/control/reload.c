@@ -292,17 +292,29 @@ void reload_event(tfa_daemon *d)
         d->reload.loaded = true;
 }
 
+static void refuse(tfa_daemon *d)
+{
+    const reload *r = &d->reload;
+    char text[sizeof r->reason + 64];
+    const char *status = tfa_status_text(r->status);
+    log_of(d)(TFA_LOG_ERROR, "reload: refused (%s), everything stays as it was", status);
+    if (r->of_topic)
+        describe(d, r->urdf.error[0] ? r->urdf.error : status);
+    const int length =
+        snprintf(text, sizeof text, "error: refused, everything stays as it was:\n%s",
+                 *r->reason ? r->reason : status);
+    if (text[length - 1] == '\n')
+        text[length - 1] = 0;
+    finish_reload(d, text);
+}
+
 static void finish_loading(tfa_daemon *d)
 {
     reload *r = &d->reload;
     pthread_join(r->thread, NULL);
     r->loaded = false;
     if (r->status != TFA_OK) {
-        log_of(d)(TFA_LOG_ERROR, "reload: refused (%s), everything stays as it was",
-                  tfa_status_text(r->status));
-        if (r->of_topic)
-            describe(d, r->urdf.error[0] ? r->urdf.error : tfa_status_text(r->status));
-        finish_reload(d, "error: refused, everything stays as it was; the log names the reason");
+        refuse(d);
         return;
     }
     r->phase = RELOAD_DRAINING;

@@ -26,6 +26,7 @@ typedef struct reload {
     int event;   /* eventfd: the thread is done */
     bool loaded; /* the eventfd said so */
     int status;
+    char reason[4096]; /* errors of a load that failed, a line each */
     config *settings;  /* NULL: of one robot, or not read */
     size_t robot;      /* that one, in the configuration */
     char *description; /* its URDF; after the commit: the one before */

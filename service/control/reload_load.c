@@ -18,7 +18,7 @@
 
 static int read_settings(const tfa_daemon *d, reload *r)
 {
-    char *errors = NULL, text[200];
+    char *errors = NULL, text[512];
     size_t size = 0;
     FILE *stream = open_memstream(&errors, &size);
     if (!stream)
@@ -30,7 +30,7 @@ static int read_settings(const tfa_daemon *d, reload *r)
             tfa_log(TFA_LOG_ERROR, "%s", line);
     free(errors);
     if (status == TFA_OK && config_needs_restart(d->settings, r->settings, text, sizeof text)) {
-        tfa_log(TFA_LOG_ERROR, "%s: %s: that needs a restart", r->settings->file, text);
+        tfa_log(TFA_LOG_ERROR, "%s: that needs a restart", text);
         status = TFA_E_UNSUPPORTED;
     }
     return status;
@@ -142,6 +142,7 @@ void *reload_thread(void *argument)
     reload *r = &d->reload;
     const uint64_t one = 1;
     (void)setpriority(PRIO_PROCESS, 0, NICE); /* on Linux: of this thread */
+    tfa_log_copy_errors(r->reason, sizeof r->reason);
     if (r->description)
         tfa_log_limit_thread(); /* whoever is in the domain may publish one, and another */
     int status = r->description ? load_description(d, r) : load_files(d, r);

@@ -113,13 +113,10 @@ static bool write_all(const char *text, size_t length)
     return true;
 }
 
-/* The journal takes the priority from "<N>" in front of a line. */
-static size_t format_line(char *text, tfa_log_level level, const char *format, va_list arguments)
+/* @param prefix  without control characters */
+static size_t format_line(char *text, const char *prefix, const char *format, va_list arguments)
 {
-    static const char *const prefixes[2][4] = {
-        {"totalforced: error: ", "totalforced: warning: ", "totalforced: ", "totalforced: "},
-        {"<3>", "<4>", "<6>", "<7>"}};
-    int n = snprintf(text, TEXT - 1, "%s", prefixes[log_state.journal][level]);
+    int n = snprintf(text, TEXT - 1, "%s", prefix);
     n += vsnprintf(text + n, (size_t)(TEXT - 1 - n), format, arguments);
     if (n > TEXT - 2)
         n = TEXT - 2;
@@ -299,6 +296,15 @@ static bool is_within_limit(const char *format)
     return false;
 }
 
+/* The journal takes the priority from "<N>" in front of a line. */
+static const char *prefix_of(tfa_log_level level)
+{
+    static const char *const prefixes[2][4] = {
+        {"totalforced: error: ", "totalforced: warning: ", "totalforced: ", "totalforced: "},
+        {"<3>", "<4>", "<6>", "<7>"}};
+    return prefixes[log_state.journal][level];
+}
+
 static void enqueue(tfa_log_level level, const char *format, va_list arguments)
 {
     uint64_t ticket;
@@ -307,7 +313,7 @@ static void enqueue(tfa_log_level level, const char *format, va_list arguments)
         atomic_fetch_add_explicit(&log_state.dropped, 1, memory_order_relaxed);
         return;
     }
-    (void)format_line(c->text, level, format, arguments);
+    (void)format_line(c->text, prefix_of(level), format, arguments);
     atomic_store_explicit(&c->sequence, ticket + 1, memory_order_release); /* L1 */
     sem_post(&log_state.wake);
 }
@@ -319,7 +325,27 @@ static void write_message(tfa_log_level level, const char *format, va_list argum
         return;
     }
     char text[TEXT];
-    (void)write_all(text, format_line(text, level, format, arguments));
+    (void)write_all(text, format_line(text, prefix_of(level), format, arguments));
+}
+
+static _Thread_local char *errors;
+static _Thread_local size_t errors_room;
+
+void tfa_log_copy_errors(char *text, size_t size)
+{
+    errors = text;
+    errors_room = size;
+}
+
+static void copy_error(const char *format, va_list arguments)
+{
+    char text[TEXT];
+    const size_t length = format_line(text, "", format, arguments);
+    if (length >= errors_room)
+        return;
+    memcpy(errors, text, length + 1);
+    errors += length;
+    errors_room -= length;
 }
 
 static bool is_wanted(tfa_log_level level)
@@ -334,6 +360,11 @@ void tfa_log(tfa_log_level level, const char *format, ...)
         return;
     va_start(arguments, format);
     write_message(level, format, arguments);
+    va_end(arguments);
+    if (level != TFA_LOG_ERROR || !errors)
+        return;
+    va_start(arguments, format);
+    copy_error(format, arguments);
     va_end(arguments);
 }
 

@@ -9,6 +9,7 @@
 #ifndef TFA_SERVICE_PLATFORM_LOG_H
 #define TFA_SERVICE_PLATFORM_LOG_H
 
+#include <stddef.h>
 #include <totalforce/status.h>
 
 typedef enum tfa_log_level {
@@ -35,5 +36,8 @@ void tfa_log_client(tfa_log_level level, const char *format, ...)
 
 /** From now on tfa_log is tfa_log_client in this thread, which does what a client can cause. */
 void tfa_log_limit_thread(void);
+
+/** From now on the errors of this thread also go to `text`, a line each, while there is room. */
+void tfa_log_copy_errors(char *text, size_t size);
 
 #endif

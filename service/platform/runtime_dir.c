@@ -7,6 +7,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <libgen.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,6 +16,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include "ipc/control_socket.h"
 #include "ipc/handshake.h"
 #include "log.h"
 #include "passed_sockets.h"
@@ -23,6 +25,94 @@
 #define LOCK_TRIES 10
 /* A lock file lists a thousand robots and scenes with the longest names. */
 #define LOCK_BYTES_MAX 131072
+
+/* ---- the check of a configuration ---- */
+
+#define OTHER "or choose another runtime_dir"
+
+/* @return 0, or the errno of a socket in this directory */
+static int try_socket(const char *path)
+{
+    struct sockaddr_un address = {.sun_family = AF_UNIX};
+    const int directory = open(path, O_PATH | O_DIRECTORY | O_CLOEXEC);
+    const int fd = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
+    snprintf(address.sun_path, sizeof address.sun_path, "/proc/self/fd/%d/.check-%d.sock",
+             directory, (int)getpid());
+    const bool made = directory >= 0 && fd >= 0 &&
+                      bind(fd, (const struct sockaddr *)&address, sizeof address) == 0;
+    const int error = made ? 0 : errno;
+    if (made)
+        (void)unlink(address.sun_path);
+    close(fd);
+    close(directory);
+    return error;
+}
+
+/* The service manager makes the default directory for the daemon's user. */
+static int check_sockets(const char *path, const char *in, char *text, size_t size)
+{
+    const int error = try_socket(in);
+    if (error == 0 || (error == EACCES && strcmp(path, TFA_DEFAULT_RUNTIME_DIR) == 0))
+        return TFA_OK;
+    snprintf(text, size, "'%s': no socket can be made in '%s': %s: %s, " OTHER, path, in,
+             strerror(error),
+             error == EACCES ? "check as the daemon's user" : "a folder below /run takes sockets");
+    return TFA_E_REFUSED;
+}
+
+/* @param info  NULL: there is nothing at the path */
+static int check_directory(const char *path, const struct stat *info, uid_t user, char *text,
+                           size_t size)
+{
+    if (info && !S_ISDIR(info->st_mode))
+        snprintf(text, size, "'%s' is not a directory: remove it, " OTHER, path);
+    else if (info && (info->st_mode & (S_IWGRP | S_IWOTH)))
+        snprintf(text, size,
+                 "'%s' has mode %04o, others could replace its sockets: chmod 0755 it, " OTHER,
+                 path, (unsigned)info->st_mode & 07777);
+    else if (info && user != (uid_t)-1 && info->st_uid != user)
+        snprintf(text, size, "'%s' belongs to user %u, it must belong to user %u: chown it, " OTHER,
+                 path, (unsigned)info->st_uid, (unsigned)user);
+    else
+        return TFA_OK;
+    return TFA_E_REFUSED;
+}
+
+/* Who may rename an entry of the parent can put a directory of their own in place of ours. */
+static int check_parent(const char *path, char *text, size_t size)
+{
+    struct stat info;
+    char *copy = strdup(path);
+    const char *parent = copy ? dirname(copy) : "";
+    int status = copy ? TFA_OK : TFA_E_MEMORY;
+    if (copy && stat(parent, &info) != 0) {
+        status = TFA_E_REFUSED;
+        snprintf(text, size, "'%s' cannot be made, '%s': %s: make that folder, " OTHER, path,
+                 parent, strerror(errno));
+    } else if (copy && (info.st_mode & S_IWOTH) && !(info.st_mode & S_ISVTX)) {
+        status = TFA_E_REFUSED;
+        snprintf(
+            text, size,
+            "'%s': every user can replace it, for '%s' has mode %04o: chmod +t that folder, " OTHER,
+            path, parent, (unsigned)info.st_mode & 07777);
+    }
+    free(copy);
+    return status;
+}
+
+int tfa_runtime_dir_check(const char *path, uid_t user, char *text, size_t size)
+{
+    struct stat info;
+    const bool is_there = lstat(path, &info) == 0;
+    char *copy = strdup(path);
+    int status = copy ? check_parent(path, text, size) : TFA_E_MEMORY;
+    if (status == TFA_OK)
+        status = check_directory(path, is_there ? &info : NULL, user, text, size);
+    if (status == TFA_OK)
+        status = check_sockets(path, is_there ? path : dirname(copy), text, size);
+    free(copy);
+    return status;
+}
 
 /* ---- the directory ---- */
 
@@ -43,6 +133,11 @@ static int check_owner(const tfa_runtime_dir *d, const struct stat *info)
 static int open_directory(tfa_runtime_dir *d)
 {
     struct stat info;
+    char text[512];
+    if (check_parent(d->path, text, sizeof text) != TFA_OK) {
+        tfa_log(TFA_LOG_ERROR, "runtime directory %s", text);
+        return TFA_E_REFUSED;
+    }
     d->made = mkdir(d->path, 0755) == 0;
     if (!d->made && errno != EEXIST) {
         tfa_log(TFA_LOG_ERROR, "runtime directory '%s' cannot be made: %s; set runtime_dir",

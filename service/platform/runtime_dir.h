@@ -10,6 +10,7 @@
 #define TFA_SERVICE_PLATFORM_RUNTIME_DIR_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <sys/types.h>
 #include <totalforce/status.h>
 
@@ -33,6 +34,14 @@ typedef struct tfa_runtime_dir {
  * @return TFA_OK; TFA_E_REFUSED (another daemon, or not ours alone); TFA_E_MEMORY; TFA_E_SYSTEM.
  */
 TFA_CHECKED int tfa_runtime_dir_acquire(tfa_runtime_dir *dir, const char *path);
+
+/**
+ * Checks for a start at `path`, in which `user` would be as in tfa_runtime_dir: what an acquire
+ * would refuse, and whether the directory (a missing one: its parent) takes sockets, by one that is
+ * made and removed.
+ * @return TFA_OK; TFA_E_REFUSED, with error and remedy in `text`
+ */
+TFA_CHECKED int tfa_runtime_dir_check(const char *path, uid_t user, char *text, size_t size);
 
 /** Notes in the lock file that all sockets are open: a robot without one is then unknown. `names`:
  *  the robots. */

@@ -50,9 +50,31 @@ TEST(reload_answers_when_it_is_done)
     harness_configure(&h, ARM "    gravity: [0, 0, -2]\n", "");
     assert_int_equal(command(&h, "reload"), TFA_OK);
     assert_non_null(strstr(text, "ok: 1 of 1 models exchanged"));
-    harness_configure(&h, ARM "    gravitas: 1\n", "");
-    assert_int_equal(command(&h, "reload"), TFA_E_REFUSED);
     assert_int_equal(command(&h, "dance"), TFA_E_REFUSED);
+}
+
+/* File, line and key; the line of a robot's list is 3. */
+TEST(a_refused_reload_gives_the_reason)
+{
+    static const struct {
+        const char *robots, *more, *text[2];
+    } cases[] = {
+        {ARM "    gravitas: 1\n    gravity: [0]\n",
+         "",
+         {"/c.yaml:5:5: robots[0]: there is no key 'gravitas'", "/c.yaml:6:14: robots[0].gravity"}},
+        {ARM, "workers: 2\n", {"/c.yaml:2:10: workers is another: that needs a restart"}},
+        {ARM, "allow_users: [zzyzx]\n", {"/c.yaml:2:15: allow_users[0]: 'zzyzx' does not exist"}},
+        {ARM "    armature: [{joint: joint_8, value: 1}]\n", "", {"no joint 'joint_8'"}},
+    };
+    SCOPED_HARNESS h = harness_serve(ARM, "");
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        harness_configure(&h, cases[i].robots, cases[i].more);
+        assert_int_equal(command(&h, "reload"), TFA_E_REFUSED);
+        assert_non_null(strstr(text, "error: refused, everything stays as it was:\n"));
+        for (int k = 0; k < 2 && cases[i].text[k]; k++)
+            if (!strstr(text, cases[i].text[k]))
+                fail_msg("no '%s' in '%s'", cases[i].text[k], text);
+    }
 }
 
 TEST(stop_stops)

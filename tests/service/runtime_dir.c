@@ -119,6 +119,40 @@ TEST(a_link_is_no_directory)
     harness_assert_refused(&h, "is not a directory");
 }
 
+/* A check refuses what a start refuses, with key, value and remedy, and leaves nothing behind. */
+TEST(a_check_tries_it)
+{
+    static const struct {
+        const char *path, *text;
+        mode_t mode; /* of the parent, 0: there is none */
+        bool root;   /* others cannot mount, and root writes everywhere */
+    } cases[] = {
+        {"parent/run", "chmod +t that folder, or choose another runtime_dir", 0777, false},
+        {"parent/run", "make that folder, or choose another runtime_dir", 0, false},
+        {"parent/run", "check as the daemon's user, or choose another runtime_dir", 0555, false},
+        {"c.yaml", "is not a directory: remove it, or choose another runtime_dir", 0, false},
+        {"../../proc/run", "a folder below /run takes sockets, or choose another", 0, true},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        SCOPED_HARNESS h = harness_make(ARM, "");
+        char parent[96];
+        if (cases[i].root ? geteuid() != 0 : cases[i].mode == 0555 && geteuid() == 0)
+            continue;
+        snprintf(parent, sizeof parent, "%s/parent", h.directory);
+        assert_true(!cases[i].mode || mkdir(parent, 0755) == 0);
+        assert_true(!cases[i].mode || chmod(parent, cases[i].mode) == 0);
+        snprintf(h.runtime_dir, sizeof h.runtime_dir, "%s/%s", h.directory, cases[i].path);
+        harness_configure(&h, ARM, "");
+        assert_int_equal(harness_check(&h), 2);
+        if (!harness_logged(&h, cases[i].text) ||
+            !harness_logged(&h, "c.yaml:1:14: runtime_dir: '"))
+            fail_msg("case %zu: '%s' is not said", i, cases[i].text);
+        harness_assert_refused(&h, "runtime directory '");
+        assert_true(!cases[i].mode || chmod(parent, 0755) == 0);
+        assert_true(!cases[i].mode || rmdir(parent) == 0);
+    }
+}
+
 /* A directory that was there keeps its owner; one of somebody else is refused. */
 TEST(owners)
 {

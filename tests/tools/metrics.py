@@ -6,8 +6,11 @@ http_server.py.
 
     metrics.py BIN ROBOTS
 """
+import json
 import math
+import pathlib
 import re
+import sys
 import unittest
 
 import totalforce as tf
@@ -20,6 +23,7 @@ TALLY = dict.fromkeys(("requests", "rejected", "late", "states", "busy_ns", "ref
                        "sentinel"), 0)
 DDS = web_metrics.DDS + web_metrics.ENDPOINTS
 TIMES = (127, 128, 2**64 - 1)
+CONFIG = pathlib.Path(sys.argv[2]).parent
 
 
 def snapshot(**robot):
@@ -101,6 +105,17 @@ class Text(unittest.TestCase):
             self.assertEqual(buckets[1], ("2.55e-07", 2))
             self.assertEqual(buckets[-1], ("+Inf", 3))
             self.assertEqual(found[f"totalforce_{name}_count{{{ROBOT}}}"], 3)
+
+    def test_dashboard_and_alerts(self):
+        """Every name in them is served."""
+        served = {key.split("{")[0] for key in parse(web_metrics.text(snapshot()))}
+        for name in ("dashboard.json", "alerts.yaml"):
+            text = (CONFIG / "metrics" / name).read_text(encoding="utf-8")
+            asked = set(re.findall(r"totalforce_[a-z0-9_]+", text))
+            self.assertGreater(len(asked), 7)
+            self.assertFalse(asked - served, name)
+        for panel in json.loads((CONFIG / "metrics/dashboard.json").read_text())["panels"]:
+            self.assertTrue(all(re.search("totalforce_", t["expr"]) for t in panel["targets"]))
 
     def test_without(self):
         """Neither DDS nor ROS 2: no such samples."""

@@ -247,9 +247,10 @@ def test_daemon_that_ends(daemon):
     terminal.key(b"q")
     terminal.assert_ended()
     daemon.end(signal.SIGTERM)
-    for command in (["top", "--once"], ["list"]):
+    for command in (["top", "--once"], ["list"], ["status"], ["reload"], ["stop"]):
         done = tool(daemon, *command, check_status=False)
-        check(done.returncode == 2 and "no daemon answers there" in done.stderr, done)
+        check(done.returncode == 2 and f"no daemon answers at {daemon.runtime_dir}:" in done.stderr,
+              done)
 
 
 def check_clients(daemon, count):
@@ -261,6 +262,7 @@ def check_clients(daemon, count):
     check([line for line in lines if line.split()[:2] == ["arm", str(count)]], lines)
     rows = [line.split()[:2] for line in lines[lines.index("", 2) + 1:]]
     check(["gateway", "dds"] in rows and [str(daemon.process.pid), "dds"] not in rows, lines)
+    check(max(map(len, lines[:lines.index("")])) <= 80, "too wide:", lines)
 
 
 def test_gateways():

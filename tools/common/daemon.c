@@ -157,8 +157,11 @@ void daemon_explain(const daemon_options *options, daemon_via via, int status, c
         snprintf(
             text, size,
             "robot '%s': no part in DDS domain %u: Cyclone gives the reason on standard error; "
-            "CYCLONEDDS_URI is %s",
-            options->robot, options->domain, configuration);
+            "CYCLONEDDS_URI is %s%s",
+            options->robot, options->domain, configuration,
+            getenv("ROBOT_TAG") ? ""
+                                : "; ROBOT_TAG is not set, and dds/fleet.xml needs the robot's "
+                                  "name there: export ROBOT_TAG=NAME");
     else
         snprintf(text, size, "robot '%s' in DDS domain %u: %s: %s", options->robot, options->domain,
                  tfa_status_text(status), tfa_status_cause(status));

@@ -11,7 +11,8 @@
 /** --runtime-dir; its input is a const char *, NULL without the option. */
 extern const struct argp operator_argp;
 
-/** Prints why `totalforce COMMAND` got no answer: a tfa_status, and errno of TFA_E_SYSTEM. */
-void operator_explain(const char *command, int status);
+/** Prints why `totalforce COMMAND` got no answer, and the folder that it looked in (`runtime_dir`:
+ *  of operator_argp): a tfa_status, and errno of TFA_E_SYSTEM. */
+void operator_explain(const char *command, const char *runtime_dir, int status);
 
 #endif

@@ -120,7 +120,7 @@ int command_list(int argc, char **argv)
     watch w = {.runtime_dir = a.runtime_dir};
     const int status = watch_open(&w, 0);
     if (status != TFA_OK) {
-        operator_explain("list", status);
+        operator_explain("list", a.runtime_dir, status);
         return EXIT_FAILED;
     }
     int bad = 0;

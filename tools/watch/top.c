@@ -82,7 +82,7 @@ static int print(watch *w, const arguments *a)
         sleep_for(a->interval);
         const int status = watch_read(w);
         if (status != TFA_OK) {
-            operator_explain("top", status);
+            operator_explain("top", a->runtime_dir, status);
             return EXIT_FAILED;
         }
         if (!a->json)
@@ -181,7 +181,7 @@ int command_top(int argc, char **argv)
     watch w = {.runtime_dir = a.runtime_dir};
     const int status = watch_open(&w, 0);
     if (status != TFA_OK) {
-        operator_explain("top", status);
+        operator_explain("top", a.runtime_dir, status);
         return EXIT_FAILED;
     }
     int result = EXIT_GOOD;

@@ -35,16 +35,16 @@ static void write_daemon(const watch *w, FILE *out)
     const tfa_snapshot *s = w->now;
     const uint64_t up = (s->time - s->start) / 1000000000u;
     fprintf(out,
-            "totalforced %s, process %d, up %" PRIu64 ":%02u:%02u, %u workers, %" PRIu64
-            " connections, %" PRIu64 " refused\n",
+            "totalforced %s, process %d, up %" PRIu64 ":%02u:%02u, %u workers\n"
+            "connections %" PRIu64 ", refused %" PRIu64 "\n",
             s->version, s->process, up / 3600, (unsigned)(up / 60 % 60), (unsigned)(up % 60),
             s->worker_count, s->connections, s->refused);
     if (s->dds_on)
         fprintf(out,
-                "dds: matched %" PRIu64 " request writers, %" PRIu64 " reply readers, %" PRIu64
-                " torque writers, %" PRIu64 " acceleration readers; dropped %" PRIu64
-                ", unknown robots %" PRIu64 "\n",
-                s->dds.request_writers, s->dds.reply_readers, s->dds.torque_writers,
+                "dds: writers: requests %" PRIu64 ", torques %" PRIu64 "; readers: replies %" PRIu64
+                ", accelerations %" PRIu64 "\ndds: dropped %" PRIu64 ", unknown robots %" PRIu64
+                "\n",
+                s->dds.request_writers, s->dds.torque_writers, s->dds.reply_readers,
                 s->dds.acceleration_readers, s->dds.dropped, s->dds.unknown);
 }
 

@@ -87,7 +87,11 @@ int tfa_dds_join(uint32_t id, const char *settings, size_t sample_bytes, const c
 {
     if (sample_bytes != 0)
         member->domain = make_domain(id, settings, sample_bytes);
-    if (tfa_dds_failed(member->domain, "domain (a bad CYCLONEDDS_URI?)"))
+    if (tfa_dds_failed(member->domain,
+                       getenv("ROBOT_TAG") != NULL
+                           ? "domain (a bad CYCLONEDDS_URI?)"
+                           : "domain (a bad CYCLONEDDS_URI? dds/fleet.xml needs the robot's name: "
+                             "export ROBOT_TAG=NAME)"))
         return TFA_E_SYSTEM;
     member->participant = make_participant(id, user_data);
     return tfa_dds_failed(member->participant, "participant (a bad CYCLONEDDS_URI? no free index?)")

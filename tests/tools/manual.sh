@@ -46,6 +46,9 @@ done
 commands=$(echo $built | tr ' ' '\n')
 for command in $commands; do
     compare "$command" "totalforce-$command.1" "$tool" "$command"
+    "$tool" "$command" --help | sed -n 's/^ \([A-Z].*\):$/\1/p' | grep -vx Help >"$work/groups"
+    sed -n 's/^\.SS //p' "$pages/totalforce-$command.1" | grep -vx Help | diff "$work/groups" - ||
+        fail "totalforce-$command.1: groups differ from those of $command --help"
     grep -q "^.BR totalforce.-$command (1)" "$pages/totalforce.1" ||
         fail "totalforce.1: no $command"
 done

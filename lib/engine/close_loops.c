@@ -6,10 +6,10 @@
 #include <math.h>
 #include <string.h>
 #include <totalforce/close_loops.h>
+#include <totalforce/configuration.h>
 
 #include "engine/methods.h"
 #include "engine/workspace.h"
-#include "model/integrate.h"
 #include "model/model.h"
 
 #define LARGEST_TURN 0.5 /* of an angle in one step, rad */

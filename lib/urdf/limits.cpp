@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Position limits of named joints.
+ * Limits of named joints.
  */
 #include "urdf/urdf.h"
 
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <exception>
@@ -27,19 +28,35 @@ bool number(const TiXmlElement &limit, const char *attribute, double *value)
     return start && tfa_number_read(start, length, value) == TFA_NUMBER_OK;
 }
 
+constexpr tfa_joint_limits no_limits = {0, 0, 0, INFINITY, INFINITY};
+
+/* A magnitude; infinite if it is not there or negative */
+double bound(const TiXmlElement &limit, const char *attribute)
+{
+    double value = 0;
+    return number(limit, attribute, &value) && value >= 0 ? value : INFINITY;
+}
+
 tfa_joint_limits limits_of(const TiXmlElement &joint)
 {
-    tfa_joint_limits limits{};
+    tfa_joint_limits limits = no_limits;
     const char *type = joint.Attribute("type");
     const TiXmlElement *limit = joint.FirstChildElement("limit");
-    if (!limit || !type || (strcmp(type, "revolute") != 0 && strcmp(type, "prismatic") != 0))
+    if (!limit || !type)
+        return limits;
+    limits.velocity = bound(*limit, "velocity");
+    limits.effort = bound(*limit, "effort");
+    if (strcmp(type, "revolute") != 0 && strcmp(type, "prismatic") != 0)
         return limits;
     double lower = 0;
     double upper = 0;
     const bool has_lower = number(*limit, "lower", &lower);
     const bool has_upper = number(*limit, "upper", &upper);
-    if ((has_lower || has_upper) && lower < upper)
-        limits = {1, lower, upper};
+    if ((has_lower || has_upper) && lower < upper) {
+        limits.limited = 1;
+        limits.lower = lower;
+        limits.upper = upper;
+    }
     return limits;
 }
 
@@ -49,7 +66,7 @@ void read_joints(const TiXmlElement &robot, const char *const *names, size_t cou
     std::unordered_map<std::string, size_t> index;
     for (size_t k = 0; k < count; k++) {
         index.emplace(names[k], k);
-        limits[k] = {};
+        limits[k] = no_limits;
     }
     for (const TiXmlElement *joint = robot.FirstChildElement("joint"); joint;
          joint = joint->NextSiblingElement("joint")) {

@@ -395,8 +395,9 @@ class Robots(Case):
                 )
             model = tf.Model(self.write(folder))
             self.assertTrue(all(": warning: " in text for text in model.warnings))
-            self.assertEqual(tf.joint_limits(path), {"j": (-1, 2)})
-            self.assertEqual(tf.joint_limits(path, ["k"]), {"k": None})
+            self.assertEqual(tf.joint_limits(path), {"j": (-1, 2, 1, 1)})
+            none = (-np.inf, np.inf, np.inf, np.inf)
+            self.assertEqual(tf.joint_limits(path, ["k"]), {"k": none})
             with self.assertRaises(tf.MissingFileError) as caught:
                 tf.Model(folder + "/none.urdf")
             self.assertEqual(

@@ -145,7 +145,7 @@ class Blocks(support.Case):
         for columns, bound in ((slice(0, 7), 1), (slice(7, 13), 2), (slice(13, 19), 30),
                                (slice(26, 33), 2), (slice(33, 40), 30)):
             self.assertTrue((abs(every[:, columns]) <= bound).all(), columns)
-        low, high = np.transpose(list(tf.joint_limits(support.ROBOTS / "arm7.urdf").values()))
+        low, high, _, _ = np.transpose(list(tf.joint_limits(support.ROBOTS / "arm7.urdf").values()))
         self.assertTrue((low <= every[:, 19:26]).all() and (every[:, 19:26] <= high).all())
 
     def test_faults(self):

@@ -10,6 +10,7 @@
 #include <totalforce/batch_pool.h>
 #include <totalforce/client.h>
 #include <totalforce/close_loops.h>
+#include <totalforce/configuration.h>
 #include <totalforce/constraints.h>
 #include <totalforce/description.h>
 #include <totalforce/dynamics.h>

@@ -7,6 +7,8 @@
 
 #include "field_rows.h"
 
+#include <math.h>
+
 #define FIELD(name, doc)                                                                           \
     {                                                                                              \
         name, doc                                                                                  \
@@ -134,6 +136,21 @@ static PyStructSequence_Field posture_fields[] = {
     FIELD("lost", "held rows less the rank"),
     {0}};
 
+static PyStructSequence_Field configuration_fields[] = {
+    FIELD("q", "(n_q,): coordinates of the joints"),
+    FIELD("base_pose", "(7,), or None with a fixed base"),
+    {0}};
+static PyStructSequence_Field velocity_fields[] = {
+    FIELD("v", "(n_v,): velocities of the joints"),
+    FIELD("base_twist", "(6,), or None with a fixed base"),
+    {0}};
+static PyStructSequence_Field limits_fields[] = {
+    FIELD("lower", "rad or m; -inf: none"),
+    FIELD("upper", "rad or m; inf: none"),
+    FIELD("velocity", "largest speed, rad/s or m/s; inf: none"),
+    FIELD("effort", "largest force, N m or N; inf: none"),
+    {0}};
+
 static PyStructSequence_Desc descriptions[] = {
     RECORD("Joint", "A joint with its places in the arrays.", joint_fields, 10),
     RECORD("Body", "Mass properties of a body.", body_fields, 9),
@@ -146,6 +163,10 @@ static PyStructSequence_Desc descriptions[] = {
     RECORD("BuildResult", "Result of building a specialised kernel.", build_fields, 3),
     RECORD("Advice", "Joints that a scene may lock.", advice_fields, 6),
     RECORD("Posture", "A posture that meets the constraints.", posture_fields, 9),
+    RECORD("Configuration", "A configuration, or one for each state of a batch.",
+           configuration_fields, 2),
+    RECORD("Velocity", "Velocities, or those of each state of a batch.", velocity_fields, 2),
+    RECORD("JointLimits", "Limits of a joint, as its file states them.", limits_fields, 4),
 };
 enum {
     JOINT,
@@ -158,7 +179,10 @@ enum {
     SPECIALISED,
     BUILD,
     ADVICE,
-    POSTURE
+    POSTURE,
+    CONFIGURATION,
+    VELOCITY,
+    LIMITS
 };
 enum { RECORD_COUNT = sizeof descriptions / sizeof descriptions[0] };
 
@@ -286,6 +310,27 @@ PyObject *record_advice(PyObject *joints, uint32_t freedoms, PyObject *q, PyObje
 PyObject *record_posture(PyObject *tuple)
 {
     return record(POSTURE, tuple);
+}
+
+PyObject *record_configuration(PyObject *q, PyObject *base_pose)
+{
+    return record(CONFIGURATION, Py_BuildValue("(NN)", q, base_pose));
+}
+
+PyObject *record_velocity(PyObject *v, PyObject *base_twist)
+{
+    return record(VELOCITY, Py_BuildValue("(NN)", v, base_twist));
+}
+
+int is_record_pair(PyObject *value)
+{
+    return Py_IS_TYPE(value, types[CONFIGURATION]) || Py_IS_TYPE(value, types[VELOCITY]);
+}
+
+PyObject *record_limits(const tfa_joint_limits *l)
+{
+    return record(LIMITS, Py_BuildValue("(dddd)", l->limited ? l->lower : -INFINITY,
+                                        l->limited ? l->upper : INFINITY, l->velocity, l->effort));
 }
 
 int set_entry(PyObject *dict, const char *key, PyObject *value)

@@ -8,6 +8,7 @@
 
 #include "numpy_api.h"
 
+#include <totalforce/limits.h>
 #include <totalforce/specialised.h>
 #include <totalforce/text.h>
 
@@ -26,6 +27,12 @@ PyObject *record_specialised(const tfa_specialised_info *info);
 PyObject *record_build(const tfa_specialise_result *result);
 /** Of a tuple with the fields of Posture, whose reference it takes */
 PyObject *record_posture(PyObject *tuple);
+/** Configuration and Velocity of two arrays, or None for the base, whose references they take */
+PyObject *record_configuration(PyObject *q, PyObject *base_pose);
+PyObject *record_velocity(PyObject *v, PyObject *base_twist);
+/** 1: a Configuration or a Velocity */
+int is_record_pair(PyObject *value);
+PyObject *record_limits(const tfa_joint_limits *limits);
 /** `joints`: list of names */
 PyObject *record_advice(PyObject *joints, uint32_t freedoms, PyObject *q, PyObject *single_error,
                         double error, uint32_t state);

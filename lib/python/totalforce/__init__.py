@@ -53,10 +53,12 @@ from ._totalforce import (
     Body,
     BuildResult,
     Client,
+    Configuration,
     DeclaredJoint,
     Exchange,
     Histogram,
     Joint,
+    JointLimits,
     Message,
     Method,
     Model,
@@ -68,6 +70,7 @@ from ._totalforce import (
     Statistics,
     Summary,
     ThreadPool,
+    Velocity,
     Workspace,
     __version__,
     _joint_limits,
@@ -96,11 +99,10 @@ from .observer import Observer
 
 def joint_limits(
     path: str | os.PathLike[str], names: Optional[Iterable[str]] = None
-) -> dict[str, Optional[tuple[float, float]]]:
-    """Position limits of joints, as a URDF file states them: (lower, upper) in rad or m.
+) -> dict[str, JointLimits]:
+    """Limits of joints, as a URDF file states them: lower, upper, velocity, effort.
 
-    None as a value: the file has no range for the joint. No answer uses limits; they are for
-    programs that choose positions. names: joints, None: those of Model(path).
+    inf: the file has none. No answer uses limits. names: joints, None: those of Model(path).
     """
     if names is None:
         names = Model(path).joint_names
@@ -123,6 +125,7 @@ __all__ = [
     "BuildResult",
     "BusyError",
     "Client",
+    "Configuration",
     "DeclaredJoint",
     "DisconnectedError",
     "Error",
@@ -132,6 +135,7 @@ __all__ = [
     "InputError",
     "InputTypeError",
     "Joint",
+    "JointLimits",
     "LoadError",
     "MAX_PAYLOADS",
     "MAX_REFINE",
@@ -158,6 +162,7 @@ __all__ = [
     "ThreadPool",
     "TimedOutError",
     "UnsupportedError",
+    "Velocity",
     "Workspace",
     "__version__",
     "daemon_command",

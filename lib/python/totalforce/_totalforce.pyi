@@ -179,6 +179,20 @@ class Posture(NamedTuple):
     rank: int
     lost: int
 
+class Configuration(NamedTuple):
+    q: Array
+    base_pose: Optional[Array]
+
+class Velocity(NamedTuple):
+    v: Array
+    base_twist: Optional[Array]
+
+class JointLimits(NamedTuple):
+    lower: float
+    upper: float
+    velocity: float
+    effort: float
+
 class Reply:
     @property
     def M(self) -> Array: ...
@@ -746,6 +760,30 @@ class Model:
     def check(self, op: str, /, *args: Any, **fields: Any) -> None: ...
     def advise(self, tolerance: float, /, *args: Any, **fields: Any) -> Advice: ...
     def parameters(self, link: Link, /) -> Array: ...
+    def integrate(
+        self,
+        /,
+        q: Union[Joints, Configuration],
+        v: Optional[Union[Joints, Velocity]] = None,
+        *,
+        base_pose: Optional[Numbers] = None,
+        base_twist: Optional[Numbers] = None,
+        dt: float = 1.0,
+    ) -> Configuration: ...
+    def difference(
+        self,
+        /,
+        q: Union[Joints, Configuration],
+        to: Union[Joints, Configuration],
+        *,
+        base_pose: Optional[Numbers] = None,
+        base_pose_to: Optional[Numbers] = None,
+    ) -> Velocity: ...
+    def neutral(self, /) -> Configuration: ...
+    def random_configuration(
+        self, /, seed: Any = None, count: Optional[int] = None
+    ) -> Configuration: ...
+    def joint_limits(self, /, names: Optional[Iterable[str]] = None) -> dict[str, JointLimits]: ...
 
 class Workspace(_Solver):
     def __init__(
@@ -1328,7 +1366,7 @@ def daemon_command(
 def _speak_command_line() -> None: ...
 def _joint_limits(
     source: Union[Path, bytes], names: tuple[str, ...], /
-) -> dict[str, Optional[tuple[float, float]]]: ...
+) -> dict[str, JointLimits]: ...
 def _mechanism(
     name: str,
     bodies: int,

@@ -466,7 +466,7 @@ PyTypeObject model_type = {
 
 int model_init(PyObject *module)
 {
-    static PyMethodDef all[16];
+    static PyMethodDef all[24];
     static int registered;
     int count = 0;
     if (!registered && pthread_atfork(NULL, NULL, unlock_in_child) == 0)
@@ -474,6 +474,8 @@ int model_init(PyObject *module)
     for (const PyMethodDef *own = factories; own->ml_name; own++)
         all[count++] = *own;
     for (const PyMethodDef *own = model_methods; own->ml_name; own++)
+        all[count++] = *own;
+    for (const PyMethodDef *own = configuration_methods; own->ml_name; own++)
         all[count++] = *own;
     model_type.tp_methods = all;
     return add_type(module, &model_type);

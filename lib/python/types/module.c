@@ -10,7 +10,6 @@
 #include "python/request/reply.h"
 
 #include <totalforce/client.h>
-#include <totalforce/limits.h>
 #include <totalforce/version.h>
 
 int add_type(PyObject *module, PyTypeObject *type)
@@ -73,52 +72,15 @@ static PyObject *daemon_command(PyObject *module, PyObject *args, PyObject *kwar
     return answer;
 }
 
-/* {joint: (lower, upper) or None} */
-static PyObject *limits_of(PyObject *names, const tfa_joint_limits *limits)
-{
-    PyObject *dict = PyDict_New();
-    for (Py_ssize_t k = 0; dict && k < PyTuple_GET_SIZE(names); k++) {
-        PyObject *range = limits[k].limited
-                              ? Py_BuildValue("(dd)", limits[k].lower, limits[k].upper)
-                              : Py_NewRef(Py_None);
-        if (!range || PyDict_SetItem(dict, PyTuple_GET_ITEM(names, k), range) < 0)
-            Py_CLEAR(dict);
-        Py_XDECREF(range);
-    }
-    return dict;
-}
-
 static PyObject *joint_limits(PyObject *module, PyObject *args)
 {
-    PyObject *source, *names, *made = NULL;
+    PyObject *source, *names, *made;
     char *file;
     (void)module;
     if (!PyArg_ParseTuple(args, "OO!:_joint_limits", &source, &PyTuple_Type, &names) ||
         !(source = read_source(source, &file)))
         return NULL;
-    const size_t count = (size_t)PyTuple_GET_SIZE(names);
-    const char **list = PyMem_Calloc(count + 1, sizeof *list);
-    tfa_joint_limits *limits = PyMem_Calloc(count + 1, sizeof *limits);
-    int bad = !list || !limits;
-    if (bad)
-        PyErr_NoMemory();
-    for (size_t k = 0; !bad && k < count; k++) {
-        PyObject *name = PyTuple_GET_ITEM(names, (Py_ssize_t)k);
-        list[k] = PyUnicode_Check(name) ? PyUnicode_AsUTF8(name) : NULL;
-        bad = !list[k];
-        if (bad && !PyErr_Occurred())
-            raise_type("names", "names: %.100s, must be a str", Py_TYPE(name)->tp_name);
-    }
-    const int status = bad ? TFA_OK
-                           : tfa_urdf_limits(PyBytes_AS_STRING(source),
-                                             (size_t)PyBytes_GET_SIZE(source), list, count, limits);
-    if (status != TFA_OK)
-        raise_status(status, NULL, "limits: %s: %s", tfa_status_text(status),
-                     tfa_status_cause(status));
-    else if (!bad)
-        made = limits_of(names, limits);
-    PyMem_Free(list);
-    PyMem_Free(limits);
+    made = limits_of_joints(source, names);
     Py_DECREF(source);
     free(file);
     return made;

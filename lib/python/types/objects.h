@@ -98,6 +98,11 @@ PyObject *read_source(PyObject *source, char **file);
 extern PyGetSetDef model_attributes[];
 extern PyMethodDef model_methods[];
 
+/** model_configuration.c */
+extern PyMethodDef configuration_methods[];
+/** {joint: JointLimits} of the URDF in bytes, for a tuple of names; NULL with an exception */
+PyObject *limits_of_joints(PyObject *source, PyObject *names);
+
 /** Options of workspaces and pools that are words. @return 0; -1 with an exception */
 int read_precision(PyObject *precision, PyObject *residual, tfa_precision *p, tfa_residual *r);
 /** Methods to reserve memory for: None or a list of names */

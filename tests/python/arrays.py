@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: The totalforce authors
 """Arrays: in place or converted once, batches, outputs of the caller, replies."""
+import pickle
 import sys
 
 import numpy as np
@@ -182,6 +183,38 @@ class Arrays(Case):
             self.workspace.derivatives(q[0], out={"dqdd_dq": memory[0], "dqdd_dv": memory[0]})
         with self.assertRaisesRegex(tf.InputError, r"must have the shape \(7,\)$"):
             self.workspace.forward_dynamics(q[0], out=reply)
+
+    def test_base_apart(self):
+        robot = support.load("quadruped", "floating")
+        workspace, rng = tf.Workspace(robot), np.random.default_rng(6)
+        for count in (None, 3):
+            s = support.state(robot, rng, count)
+            state = {name: s[name] for name in ("q", "v", "base_pose", "base_twist")}
+            block = np.empty(s["q"].shape[:-1] + (6 + robot.v_count,))
+            reply = workspace.bias(**state, out={"gravity": block})
+            wanted = workspace.inverse_dynamics(**state)
+            parts = ("gravity", "velocity", "damping", "friction", "external")
+            self.assertEqual(reply.keys(), [b + p for p in parts for b in ("", "base_")])
+            self.assertEqual(set(reply), set(reply.keys()))
+            for prefix, total in (("", wanted.tau), ("base_", wanted.base_wrench)):
+                got = sum(reply[prefix + part] for part in parts)
+                np.testing.assert_allclose(got, total, rtol=1e-9, atol=1e-9)
+            self.same_bits(block[..., 6:], reply.gravity, "gravity")
+            self.same_bits(block[..., :6], reply["base_gravity"], "base_gravity")
+            self.assertIs(reply.base_gravity.base, block)
+            again = pickle.loads(pickle.dumps(reply))
+            self.same_bits(again.base_velocity, reply.base_velocity, "base_velocity")
+            self.same_bits(workspace.bias(**state, out=again).velocity, reply.velocity, "velocity")
+            only = workspace.bias(**state, only=["velocity"])
+            self.assertEqual(only.keys(), ["velocity", "base_velocity"])
+            with self.fails(tf.InputError, "gravity is given twice", field="out"):
+                workspace.bias(**state, out={"gravity": block, "base_gravity": block.copy()})
+        reply = self.workspace.bias(self.fields["q"])
+        self.assertNotIn("base_gravity", reply)
+        with self.assertRaisesRegex(AttributeError, "bias answered no base_gravity"):
+            reply.base_gravity
+        with self.assertRaises(KeyError):
+            reply["base_gravity"]
 
     def test_only(self):
         reply = self.workspace.derivatives(self.fields["q"], only=["dqdd_dtau"])

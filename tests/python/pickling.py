@@ -157,11 +157,11 @@ class Pickling(Case):
         restore, arguments = tf.Workspace(load("arm7")).mass_matrix(np.zeros(7)).__reduce__()
         for k, wrong in (
             (1, 1),
-            (3, b""),
-            (4, b"short"),
-            (5, np.zeros(3)),
-            (6, {"M": 3}),
-            (6, {"N": np.zeros(1)}),
+            (4, b""),
+            (5, b"short"),
+            (6, np.zeros(3)),
+            (7, {"M": 3}),
+            (7, {"N": np.zeros(1)}),
         ):
             with self.subTest(k=k, wrong=wrong), self.assertRaises(ValueError):
                 restore(*arguments[:k], wrong, *arguments[k + 1 :])

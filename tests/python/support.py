@@ -102,7 +102,6 @@ def side_by_side(numbers):
 
 def json_arrays(model_or_client, answer):
     """Arrays of a JSON answer under the names of Reply."""
-    base = model_or_client.base_freedoms
     arrays = {}
     for key, value in answer.items():
         if key == "poses":
@@ -119,8 +118,6 @@ def json_arrays(model_or_client, answer):
             value += [[0] * len(value[0])] * (6 - len(value))
         elif key == "energy":
             value = [value["kinetic"], value["potential"]]
-        elif key in ("gravity", "velocity", "damping", "friction", "external", "armature") and base:
-            value = answer["base_" + key] + value
         elif not isinstance(value, list) and key != "mass":
             continue
         arrays[key] = np.array(value, dtype=float)

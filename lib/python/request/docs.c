@@ -78,7 +78,10 @@ static void write_output(growing_text *out, int k)
     char rows[16], columns[16];
     const char *r = extent_name(output->rows, rows, sizeof rows);
     const char *c = extent_name(output->columns, columns, sizeof columns);
-    if (output_has_numbers(k))
+    if (outputs[k].layout == LAYOUT_FREEDOMS)
+        add(out, "%s : (n_v,), and base_%s : (6,) of a floating base\n", outputs[k].name,
+            outputs[k].name);
+    else if (output_has_numbers(k))
         add(out, "%s : (%s%s%s%s)\n", outputs[k].name, r, *r ? ", " : "", c, *c && !*r ? "," : "");
     else
         add(out, "%s\n", outputs[k].name);

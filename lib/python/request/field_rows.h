@@ -86,7 +86,7 @@ static inline int output_has_numbers(int k)
 uint64_t output_candidates(tfa_op op, uint32_t flags);
 /** 1: this request has that answer */
 int output_is_answered(int k, const struct robot_names *robot, const tfa_request *request);
-/** Row of a name, or -1 */
+/** Row of a name, "base_" before it or not where base and joints are one array; or -1 */
 int output_find(const char *name);
 
 /** Fills the masks of output_candidates. */

@@ -163,7 +163,7 @@ const input_row inputs[] = {
      "answers that are computed and allocated; None: all", 0},
     {"out", read_out, PHASE_LAST, EXTENT_NONE, 0, TFA_OPS_ALL, 0, "Reply, {name: array} or array",
      "memory of the answers: a reply of a request of the same shapes, arrays by name, or an\n"
-     "array for the first answer",
+     "array for the first answer; gravity and base_gravity are one array, (n,), base first",
      0},
     {"timeout", read_timeout, PHASE_LAST, EXTENT_NONE, 0, TFA_OPS_ALL, 0, "float",
      "s; None: until the daemon ends, or shows no progress for 3 s", 1},

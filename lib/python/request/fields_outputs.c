@@ -50,8 +50,11 @@ int output_find(const char *name)
 {
     if (strcmp(name, "lambda_") == 0)
         name = "lambda";
+    const char *of_base = strncmp(name, "base_", 5) == 0 ? name + 5 : "";
     for (int k = 0; k < OUTPUT_COUNT; k++)
-        if (output_has_numbers(k) && strcmp(outputs[k].name, name) == 0)
+        if (output_has_numbers(k) &&
+            (strcmp(outputs[k].name, name) == 0 ||
+             (outputs[k].layout == LAYOUT_FREEDOMS && strcmp(outputs[k].name, of_base) == 0)))
             return k;
     return -1;
 }

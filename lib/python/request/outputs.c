@@ -80,6 +80,8 @@ static int take_array(request_call *call, int k, PyObject *value)
     if (!output_is_answered(k, call->robot, &call->request))
         return raise_status(TFA_E_ARGUMENT, "out", "out: this request does not answer %s",
                             outputs[k].name);
+    if (call->outputs[k])
+        return raise_status(TFA_E_ARGUMENT, "out", "out: %s is given twice", outputs[k].name);
     if (check_overlap(call, k, array))
         return -1;
     call->outputs[k] = Py_NewRef(value);

@@ -15,6 +15,7 @@ typedef struct reply_object {
     PyObject_HEAD tfa_op op;
     int is_batch;
     int has_exchange;
+    uint32_t base; /**< freedoms of a floating base, else 0 */
     uint64_t model;
     tfa_answer answer;
     tfa_exchange exchange;
@@ -50,6 +51,7 @@ PyObject *call_reply(request_call *call, const tfa_exchange *exchange)
     }
     r->op = call->request.op;
     r->is_batch = call->is_batch;
+    r->base = call->robot->names.base_freedoms;
     r->model = call->reply.model;
     r->answer = call->answer;
     r->has_exchange = exchange != NULL;
@@ -79,14 +81,48 @@ static PyObject *array_or_number(PyObject *array)
     return PyArray_Return((PyArrayObject *)Py_NewRef(array));
 }
 
+/* 1: output k is of base and joints, and the base floats: two answers */
+static int has_base(const reply_object *r, int k)
+{
+    return outputs[k].layout == LAYOUT_FREEDOMS && r->base;
+}
+
+/* Output k as an answer, a new reference; of one with two answers the view of that part. NULL
+ * without an exception where there is none. */
+static PyObject *answer_of(const reply_object *r, int k, int of_base)
+{
+    PyObject *array = r->outputs[k];
+    if (!array || (of_base && !has_base(r, k)))
+        return NULL;
+    if (!has_base(r, k))
+        return array_or_number(array);
+    PyObject *six = PyLong_FromUnsignedLong(r->base);
+    PyObject *slice = six ? PySlice_New(of_base ? NULL : six, of_base ? six : NULL, NULL) : NULL;
+    PyObject *key = slice ? PyTuple_Pack(2, Py_Ellipsis, slice) : NULL;
+    PyObject *view = key ? PyObject_GetItem(array, key) : NULL;
+    Py_XDECREF(key);
+    Py_XDECREF(slice);
+    Py_XDECREF(six);
+    return view;
+}
+
+static PyObject *get_part(PyObject *self, const output_row *output, int of_base)
+{
+    PyObject *answer = answer_of((reply_object *)self, (int)(output - outputs), of_base);
+    if (answer || PyErr_Occurred())
+        return answer;
+    return PyErr_Format(PyExc_AttributeError, "%s answered no %s%s to this request",
+                        op_name(((reply_object *)self)->op), of_base ? "base_" : "", output->name);
+}
+
 static PyObject *get_output(PyObject *self, void *closure)
 {
-    const output_row *output = closure;
-    PyObject *array = ((reply_object *)self)->outputs[output - outputs];
-    if (array)
-        return array_or_number(array);
-    return PyErr_Format(PyExc_AttributeError, "%s answered no %s to this request",
-                        op_name(((reply_object *)self)->op), output->name);
+    return get_part(self, closure, 0);
+}
+
+static PyObject *get_base_output(PyObject *self, void *closure)
+{
+    return get_part(self, closure, 1);
 }
 
 /* Members of spectrum and rank; the rank of lambda comes before that of the spectrum. */
@@ -221,32 +257,43 @@ static PyObject *reply_keys(PyObject *self, PyObject *unused)
     for (int k = 0; keys && k < OUTPUT_COUNT; k++) {
         if (!((reply_object *)self)->outputs[k] || !output_has_numbers(k))
             continue;
-        PyObject *name = PyUnicode_FromString(outputs[k].name);
-        if (!name || PyList_Append(keys, name) < 0)
-            Py_CLEAR(keys);
-        Py_XDECREF(name);
+        for (int of_base = 0; keys && of_base <= has_base((reply_object *)self, k); of_base++) {
+            PyObject *name = PyUnicode_FromFormat("%s%s", of_base ? "base_" : "", outputs[k].name);
+            if (!name || PyList_Append(keys, name) < 0)
+                Py_CLEAR(keys);
+            Py_XDECREF(name);
+        }
     }
     return keys;
 }
 
-static PyObject *reply_item(PyObject *self, PyObject *name)
+/* The answer of a name as answer_of; sets no exception for a name that is none */
+static PyObject *find_answer(PyObject *self, PyObject *name)
 {
     const char *key = PyUnicode_Check(name) ? PyUnicode_AsUTF8(name) : NULL;
     const int k = key ? output_find(key) : -1;
-    PyObject *array = k < 0 ? NULL : ((reply_object *)self)->outputs[k];
-    if (array)
-        return array_or_number(array);
-    if (!PyErr_Occurred())
+    if (k < 0)
+        PyErr_Clear();
+    return k < 0 ? NULL
+                 : answer_of((reply_object *)self, k,
+                             outputs[k].layout == LAYOUT_FREEDOMS && key[0] == 'b' &&
+                                 strcmp(key, outputs[k].name) != 0);
+}
+
+static PyObject *reply_item(PyObject *self, PyObject *name)
+{
+    PyObject *answer = find_answer(self, name);
+    if (!answer && !PyErr_Occurred())
         PyErr_SetObject(PyExc_KeyError, name);
-    return NULL;
+    return answer;
 }
 
 static int reply_contains(PyObject *self, PyObject *name)
 {
-    const char *key = PyUnicode_Check(name) ? PyUnicode_AsUTF8(name) : NULL;
-    const int k = key ? output_find(key) : -1;
+    PyObject *answer = find_answer(self, name);
     PyErr_Clear();
-    return k >= 0 && ((reply_object *)self)->outputs[k];
+    Py_XDECREF(answer);
+    return answer != NULL;
 }
 
 static Py_ssize_t reply_length(PyObject *self)
@@ -306,7 +353,7 @@ static PyObject *reply_reduce(PyObject *self, PyObject *unused)
         Py_XDECREF(restore);
         return NULL;
     }
-    return Py_BuildValue("N(iiKy#y#ON)", restore, (int)r->op, r->is_batch,
+    return Py_BuildValue("N(iiIKy#y#ON)", restore, (int)r->op, r->is_batch, r->base,
                          (unsigned long long)r->model, (const char *)&r->answer,
                          (Py_ssize_t)sizeof r->answer, (const char *)&r->exchange,
                          r->has_exchange ? (Py_ssize_t)sizeof r->exchange : 0,
@@ -340,12 +387,13 @@ static int are_answers(PyObject *answers, int is_batch)
 PyObject *reply_restore(PyObject *module, PyObject *args)
 {
     int op, is_batch;
+    unsigned base;
     unsigned long long model;
     Py_buffer answer = {0}, exchange = {0};
     PyObject *answers, *arrays;
     (void)module;
-    if (!PyArg_ParseTuple(args, "iiKy*y*OO!:_restore_reply", &op, &is_batch, &model, &answer,
-                          &exchange, &answers, &PyDict_Type, &arrays))
+    if (!PyArg_ParseTuple(args, "iiIKy*y*OO!:_restore_reply", &op, &is_batch, &base, &model,
+                          &answer, &exchange, &answers, &PyDict_Type, &arrays))
         return NULL;
     reply_object *r = PyObject_New(reply_object, &reply_type);
     if (r)
@@ -355,6 +403,7 @@ PyObject *reply_restore(PyObject *module, PyObject *args)
         are_answers(answers, is_batch) && take_outputs(r, arrays)) {
         r->op = (tfa_op)op;
         r->is_batch = is_batch;
+        r->base = base;
         r->model = model;
         r->has_exchange = exchange.len != 0;
         memcpy(&r->answer, answer.buf, sizeof r->answer);
@@ -371,7 +420,7 @@ PyObject *reply_restore(PyObject *module, PyObject *args)
 
 /* ---- the type ---- */
 
-static PyGetSetDef attributes[OUTPUT_COUNT + 18] = {
+static PyGetSetDef attributes[2 * OUTPUT_COUNT + 18] = {
     {"op", get_op, NULL, "Name of the op.", NULL},
     {"method", get_method, NULL, "Method that answered; of a batch a list.", NULL},
     {"fallback", get_fallback, NULL,
@@ -415,7 +464,8 @@ PyTypeObject reply_type = {
               "Because `lambda` is a word of Python, its attribute is `lambda_`. dict(reply) has\n"
               "all arrays. An answer that the request did not ask for is an AttributeError.\n"
               "A batch has an axis of states first. n is the number of freedoms, those of a\n"
-              "floating base (6) first; rows are 6 or 3 for each tip. Matrices are row major.",
+              "floating base (6) first; n_v those of the joints alone; rows are 6 or 3 for each\n"
+              "tip. Matrices are row major.",
     .tp_basicsize = sizeof(reply_object),
     .tp_dealloc = reply_dealloc,
     .tp_repr = reply_repr,
@@ -448,9 +498,21 @@ static char *output_doc(const output_row *output)
     char rows[16], columns[16], text[400];
     const char *r = extent_name(tfa_outputs[output->block].rows, rows, sizeof rows);
     const char *c = extent_name(tfa_outputs[output->block].columns, columns, sizeof columns);
+    if (output->layout == LAYOUT_FREEDOMS)
+        c = extent_name(EXTENT_V, columns, sizeof columns);
     snprintf(text, sizeof text, "(%s%s%s%s): %s", r, *r ? ", " : "", c, *c && !*r ? "," : "",
              output->text);
     return strdup(text);
+}
+
+/* The attribute of the base's part of an output */
+static PyGetSetDef base_attribute(const output_row *output)
+{
+    char name[64], text[100];
+    snprintf(name, sizeof name, "base_%s", output->name);
+    snprintf(text, sizeof text, "(6,): those of a floating base, as %s.", output->name);
+    return (PyGetSetDef){strdup(name), get_base_output, NULL, strdup(text),
+                         (void *)(uintptr_t)output};
 }
 
 int reply_init(void)
@@ -463,6 +525,9 @@ int reply_init(void)
             attributes[at++] = (PyGetSetDef){
                 strcmp(outputs[k].name, "lambda") == 0 ? "lambda_" : outputs[k].name, get_output,
                 NULL, output_doc(&outputs[k]), (void *)(uintptr_t)&outputs[k]};
+    for (int k = 0; k < OUTPUT_COUNT; k++)
+        if (outputs[k].layout == LAYOUT_FREEDOMS)
+            attributes[at++] = base_attribute(&outputs[k]);
     const size_t d = offsetof(tfa_spectrum, eig_min), e = offsetof(tfa_spectrum, eig_max);
     reply_spectrum_type =
         struct_type("{s:(sss),s:(sss),s:(iii)}", sizeof(tfa_spectrum), "names", "rank", "eig_min",

@@ -48,14 +48,11 @@ class Observer:
         except Exception:
             self._filter.restart()
             raise
-        return self._filter.step(
-            time,
-            int(reply.model, 16),
-            reply.generalised_momentum,
-            reply.momentum_rate,
-            tau,
-            base_wrench,
-        )
+        momentum = [reply.generalised_momentum, reply.momentum_rate]
+        if self._base:
+            base = (reply.base_generalised_momentum, reply.base_momentum_rate)
+            momentum = [np.concatenate(parts) for parts in zip(base, momentum)]
+        return self._filter.step(time, int(reply.model, 16), *momentum, tau, base_wrench)
 
     def restart(self) -> None:
         """Forgets all samples."""

@@ -102,6 +102,19 @@ class Armature(support.Case):
         with self.fails(tf.InputTypeError, "armature"):
             support.load("arm7", armature=[1])
 
+    def test_damping_and_friction_by_joint(self):
+        model = support.load("arm7", damping={"joint_2": 1.5}, friction={"joint_3": 4})
+        file = support.load("arm7", damping=True, friction=True)
+        for k, (got, wanted) in enumerate(zip(model.joints, file.joints)):
+            self.assertEqual(got.damping, 1.5 if k == 1 else wanted.damping)
+            self.assertEqual(got.friction, 4 if k == 2 else wanted.friction)
+        forces = tf.Workspace(model).bias(np.zeros(7), np.full(7, 2.0))
+        self.assertEqual(forces.damping[1], 3)
+        with self.fails(tf.InputError, "damping: the file has no joint 'x'", field="damping"):
+            support.load("arm7", damping={"x": 1})
+        with self.fails(tf.InputError, "friction: -1 of joint 'joint_1'", field="friction"):
+            support.load("arm7", friction={"joint_1": -1})
+
     def test_rotors(self):
         text = (support.ROBOTS / "arm7.urdf").read_text().replace(
             "</robot>", "<transmission><joint name='joint_1'/><actuator><mechanicalReduction>-100"

@@ -32,11 +32,11 @@ says "$work/out" 'in 1 state.'
 # everything that the command line says of the robot stands in the configuration
 echo '{"op":"forward_dynamics","q":[0.1,0.2],"base_pose":[0,0,0,0,0,0,1],"v":[0.1,0]}' >"$work/floating.jsonl"
 advise 0 --advise "$work/floating.jsonl" --tolerance 5 --base floating --damping --inertia repair \
-    --friction --friction-velocity 0.5 --rotor rail=0.25 \
+    --friction --friction-velocity 0.5 --rotor rail=0.25 --armature rail=0.5 \
     --snap 1e-6 --lock rail=0.3 --payload tool:1,0,0,0.1
 cp "$work/out" "$work/all.yaml"
 for line in 'base: floating' 'damping: true' 'friction: true' 'friction_velocity: 0.5' \
-    '- {joint: "rail", value: 0.25}' 'inertia: repair' 'snap: 9.9999999999999995e-07' \
+    '- {joint: "rail", value: 0.25}' '- {joint: "rail", value: 0.5}' 'inertia: repair' 'snap: 9.9999999999999995e-07' \
     '- {joint: "rail", q: 0.29999999999999999}' '- {link: "tool", mass: 1.0, com: [0.0, 0.0, 0.10000000000000001]'; do
     says "$work/all.yaml" "$line"
 done

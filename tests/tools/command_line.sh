@@ -87,6 +87,14 @@ status 2 "$tool" model "$data/arm.urdf" --lock elbow=1,2
 says "$work/err" "--lock elbow: 2 numbers; the joint has 1 coordinate"
 status 2 "$tool" model "$data/arm.urdf" --lock wrist=1
 says "$work/err" "joint 'wrist': the scene locks it, but the robot has no such joint; correct the name; nearest: '"
+status 0 "$tool" model "$data/arm.urdf" --armature elbow=0.125
+says "$work/out" "armature 0.125"
+status 2 "$tool" model "$data/arm.urdf" --armature elbov=1
+says "$work/err" "--armature: the file has no joint 'elbov'; nearest: 'elbow'"
+status 3 "$tool" model "$data/arm.urdf" --armature elbow
+says "$work/err" "--armature: 'elbow' is not JOINT=INERTIA"
+status 2 "$tool" model "$data/arm.urdf" --armature elbow=-1
+says "$work/err" "[bad-armature]"
 status 2 "$tool" model "$data/arm.urdf" --tip tol
 says "$work/err" "link 'tol': the tip of the scene does not exist; name a link of the robot; nearest: 'tool', "
 status 3 "$tool" model "$data/arm.urdf" --payload tool

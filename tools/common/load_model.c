@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <totalforce/description.h>
+#include <totalforce/text.h>
 
 void print_messages(const tfa_report *report, tfa_severity lowest)
 {
@@ -62,45 +63,57 @@ char *read_robot(const char *path, size_t *length)
     return text;
 }
 
-static int parse_text(const char *name, const char *text, size_t length,
-                      const tfa_model_options *options, tfa_report *report, tfa_model **model)
-{
-    tfa_description *description = NULL;
-    report->syntax = TFA_SYNTAX_COMMAND_LINE;
-    int status = tfa_urdf_parse(text, length, name, &description, report);
-    if (status == TFA_OK)
-        status = tfa_model_create(description, options, report, model);
-    tfa_description_free(description);
-    return status;
-}
-
-static int load_standard_input(const tfa_model_options *options, tfa_report *report,
-                               tfa_model **model)
+static int describe(const char *path, tfa_description **description, tfa_report *report)
 {
     size_t length;
+    if (strcmp(path, "-") != 0)
+        return tfa_urdf_load(path, description, report);
     char *text = read_text(stdin, &length);
-    if (!text)
-        return TFA_E_FILE;
-    const int status = parse_text("(standard input)", text, length, options, report, model);
+    const int status =
+        text ? tfa_urdf_parse(text, length, "(standard input)", description, report) : TFA_E_FILE;
     free(text);
     return status;
 }
 
-tfa_model *load_model(const char *path, const tfa_model_options *options, tfa_severity lowest,
-                      tfa_report *report)
+static const char *joint_name(const void *description, size_t k)
+{
+    return ((const tfa_description *)description)->joints[k].name;
+}
+
+static int set_armature(tfa_description *d, const tfa_rotor *armature)
+{
+    char nearest[160];
+    for (size_t k = 0; k < d->joint_count; k++)
+        if (strcmp(d->joints[k].name, armature->joint) == 0) {
+            d->joints[k].armature = armature->inertia;
+            return TFA_OK;
+        }
+    tfa_suggest(armature->joint, d, d->joint_count, joint_name, nearest, sizeof nearest);
+    fprintf(stderr, "--armature: the file has no joint '%s'; nearest: %s\n", armature->joint,
+            nearest);
+    return TFA_E_JOINT;
+}
+
+tfa_model *load_model(const char *path, const tfa_model_options *options, const tfa_rotor *armature,
+                      uint32_t armature_count, tfa_severity lowest, tfa_report *report)
 {
     tfa_model *model = NULL;
+    tfa_description *description = NULL;
     errno = 0;
     report->syntax = TFA_SYNTAX_COMMAND_LINE;
-    int status = strcmp(path, "-") == 0 ? load_standard_input(options, report, &model)
-                                        : tfa_model_load(path, options, report, &model);
+    int status = describe(path, &description, report);
+    for (uint32_t k = 0; status == TFA_OK && k < armature_count; k++)
+        status = set_armature(description, &armature[k]);
+    if (status == TFA_OK)
+        status = tfa_model_create(description, options, report, &model);
+    tfa_description_free(description);
     int saved = errno;
     print_messages(report, lowest);
     if (status == TFA_OK)
         return model;
     if (status == TFA_E_FILE && saved && report->errors == 0)
         fprintf(stderr, "%s: error: %s\n", path, strerror(saved));
-    else if (report->errors == 0)
+    else if (report->errors == 0 && status != TFA_E_JOINT)
         fprintf(stderr, "%s: error: %s: %s\n", path, tfa_status_text(status),
                 tfa_status_cause(status));
     return NULL;

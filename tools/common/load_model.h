@@ -11,11 +11,11 @@
 
 /**
  * Loads and compiles a URDF ("-": from standard input) and prints what the report says at or above
- * `lowest` on stderr.
+ * `lowest` on stderr. Of joints in `armature` the inertias take the place of the file's armature.
  * @return the model, or NULL after an error message.
  */
-tfa_model *load_model(const char *path, const tfa_model_options *options, tfa_severity lowest,
-                      tfa_report *report);
+tfa_model *load_model(const char *path, const tfa_model_options *options, const tfa_rotor *armature,
+                      uint32_t armature_count, tfa_severity lowest, tfa_report *report);
 
 /** Prints the messages at or above `lowest` on stderr, one a line. */
 void print_messages(const tfa_report *report, tfa_severity lowest);

@@ -27,6 +27,7 @@ enum {
     KEY_TIP,
     KEY_PAYLOAD,
     KEY_ROTORS,
+    KEY_ARMATURE,
     KEY_SNAP,
     KEY_MODES,
     KEY_CONSTRAINTS,
@@ -89,6 +90,10 @@ static const struct argp_option option_table[] = {
      .arg = "JOINT=INERTIA",
      .doc = "Inertia of a motor's rotor, kg m^2, times the square of the joint's reduction in the "
             "file added to its armature"},
+    {.name = "armature",
+     .key = KEY_ARMATURE,
+     .arg = "JOINT=INERTIA",
+     .doc = "Reflected inertia of a joint's rotor, kg m^2 or kg, in place of the file's armature"},
     {.name = "modes",
      .key = KEY_MODES,
      .arg = "FILE",
@@ -97,8 +102,8 @@ static const struct argp_option option_table[] = {
      .key = KEY_CONSTRAINTS,
      .arg = "FILE",
      .doc = "Closed loops, contacts and joints with a motor, as YAML"},
-    {.doc = "--lock, --tip, --payload, --rotor, --modes and --constraints may be given several "
-            "times."},
+    {.doc = "--lock, --tip, --payload, --rotor, --armature, --modes and --constraints may be given "
+            "several times."},
     {0}};
 
 /* One more of a list; ends the program without memory. */
@@ -168,11 +173,12 @@ static void add_payload(struct argp_state *state, scene_options *o, char *text)
     memcpy(payload->inertia, n + 4, sizeof payload->inertia);
 }
 
-static void add_rotor(struct argp_state *state, scene_options *o, char *text)
+static void add_inertia(struct argp_state *state, const char *name, tfa_rotor **list,
+                        uint32_t *count, char *text)
 {
-    const char *number = split(state, "rotor", text, '=', "JOINT=INERTIA");
-    o->rotors = grow(state, o->rotors, o->rotor_count, sizeof *o->rotors);
-    o->rotors[o->rotor_count++] = (tfa_rotor){text, option_double(state, "rotor", number)};
+    const char *number = split(state, name, text, '=', "JOINT=INERTIA");
+    *list = grow(state, *list, *count, sizeof **list);
+    (*list)[(*count)++] = (tfa_rotor){text, option_double(state, name, number)};
 }
 
 static double read_friction_velocity(struct argp_state *state, const char *text)
@@ -268,7 +274,10 @@ static error_t parse_option(int key, char *text, struct argp_state *state)
         add_payload(state, o, text);
         return 0;
     case KEY_ROTORS:
-        add_rotor(state, o, text);
+        add_inertia(state, "rotor", &o->rotors, &o->rotor_count, text);
+        return 0;
+    case KEY_ARMATURE:
+        add_inertia(state, "armature", &o->armature, &o->armature_count, text);
         return 0;
     case KEY_MODES:
         add_name(state, &o->modes_files, &o->modes_count, text);
@@ -341,7 +350,8 @@ tfa_model *load_scene(const char *path, scene_options *options, tfa_severity low
     if (!load_side_files(options, lowest, report))
         return NULL;
     scene_options_finish(options);
-    tfa_model *model = load_model(path, &options->model, lowest, report);
+    tfa_model *model = load_model(path, &options->model, options->armature, options->armature_count,
+                                  lowest, report);
     if (!model || locks_fit(options, model))
         return model;
     tfa_model_free(model);
@@ -355,6 +365,7 @@ void scene_options_free(scene_options *options)
     free(options->tips);
     free(options->payloads);
     free(options->rotors);
+    free(options->armature);
     free(options->modes_files);
     tfa_modes_free(&options->modes);
     free(options->constraints_files);

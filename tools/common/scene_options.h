@@ -27,19 +27,19 @@ typedef struct scene_options {
     tfa_lock *lock_list; /**< of `scene` */
     const char **tips;
     tfa_payload *payloads;
-    tfa_rotor *rotors;
+    tfa_rotor *rotors, *armature;
     const char **modes_files; /**< `modes` has the first modes_read of them */
     tfa_modes modes;
     const char **constraints_files; /**< as modes_files */
     tfa_constraints constraints;
-    uint32_t lock_count, tip_count, payload_count, rotor_count, modes_count, modes_read,
-        constraints_count, constraints_read;
+    uint32_t lock_count, tip_count, payload_count, rotor_count, armature_count, modes_count,
+        modes_read, constraints_count, constraints_read;
 } scene_options;
 
 /** --base, --gravity, --mimic, --inertia, --rotor-inertia, --damping, --friction,
- *  --friction-velocity, --lock-massless-leaves, --lock, --root, --tip, --payload, --rotor, --modes,
- *  --constraints; its input is a scene_options. Names are kept as pointers into the argument
- *  vector, which is changed. */
+ *  --friction-velocity, --lock-massless-leaves, --lock, --root, --tip, --payload, --rotor,
+ *  --armature, --modes, --constraints; its input is a scene_options. Names are kept as pointers
+ *  into the argument vector, which is changed. */
 extern const struct argp scene_argp;
 
 /**

@@ -44,6 +44,19 @@ static void print_number_key(const char *key, double number)
     fputc('\n', stdout);
 }
 
+static void print_inertias(const char *key, const tfa_rotor *list, uint32_t count)
+{
+    if (count)
+        printf("    %s:\n", key);
+    for (uint32_t k = 0; k < count; k++) {
+        fputs("      - {joint: ", stdout);
+        jsonl_print_string(stdout, list[k].joint);
+        fputs(", value: ", stdout);
+        jsonl_print_number(stdout, list[k].inertia);
+        puts("}");
+    }
+}
+
 static void print_robot(const tfa_model *model, const char *file, const scene_options *o)
 {
     const tfa_model_options *m = &o->model;
@@ -73,15 +86,8 @@ static void print_robot(const tfa_model *model, const char *file, const scene_op
         puts("    lock_massless_leaves: true");
     if (m->snap > 0)
         print_number_key("snap", m->snap);
-    if (o->rotor_count)
-        puts("    rotors:");
-    for (uint32_t k = 0; k < o->rotor_count; k++) {
-        fputs("      - {joint: ", stdout);
-        jsonl_print_string(stdout, o->rotors[k].joint);
-        fputs(", value: ", stdout);
-        jsonl_print_number(stdout, o->rotors[k].inertia);
-        puts("}");
-    }
+    print_inertias("rotors", o->rotors, o->rotor_count);
+    print_inertias("armature", o->armature, o->armature_count);
 }
 
 /* The last locks are those of the advice. */

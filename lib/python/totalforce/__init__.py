@@ -22,9 +22,9 @@ Each takes numpy arrays of one state, (n,), or of a batch, (count, n), and retur
 attributes are arrays. All give the same bits as the library in C.
 
 SI units; six-vectors linear first, angular second; quaternions x y z w; matrices row major. Joints
-are named and ordered as Model.joint_names. With a floating base, q, v, tau and qdd hold the joints
-only, and the base has fields of its own, as have answers of bias (gravity, base_gravity); matrices have
-its six freedoms first.
+are named and ordered as Model.joint_names. With a floating base, q, v, tau, qdd and the forces of
+bias hold the joints only, and the base has fields of its own (base_pose, base_gravity, ...);
+matrices have its six freedoms first.
 
 Errors are exceptions of totalforce.errors, all derived from Error.
 """

@@ -190,7 +190,7 @@ static PyObject *compile_source(PyTypeObject *type, PyObject *source, const char
     Py_BEGIN_ALLOW_THREADS pthread_mutex_lock(&load_lock);
     status = tfa_urdf_parse(text, length, file, &description, &report);
     pthread_mutex_unlock(&load_lock);
-    Py_END_ALLOW_THREADS if (status == TFA_OK && set_armature(options->armature, description))
+    Py_END_ALLOW_THREADS if (status == TFA_OK && set_joint_values(options, description))
     {
         tfa_description_free(description);
         tfa_report_free(&report);
@@ -388,8 +388,10 @@ static PyObject *model_repr(PyObject *self)
     "        connection of the root link to the world; None: 'fixed'\n"                            \
     "gravity : (3,)\n"                                                                             \
     "        m/s^2, world axes; None: 0 0 -9.80665\n"                                              \
-    "rotor_inertia, damping, friction : bool\n"                                                    \
+    "rotor_inertia : bool\n"                                                                       \
     "        apply those of the file; None: False\n"                                               \
+    "damping, friction : bool or {joint: value}\n"                                                 \
+    "        apply those of the file, or of these joints other values; None: False\n"              \
     "friction_velocity : float\n"                                                                  \
     "        rad/s or m/s: slower joints have part of their friction, at rest none; None: 0.01\n"  \
     "lock_massless_leaves : bool\n"                                                                \

@@ -111,27 +111,45 @@ static int read_names(model_options *o, const char *field, const char *what, PyO
     return bad ? -1 : 0;
 }
 
-int set_armature(PyObject *armature, tfa_description *description)
+/* A member of the joints of a dict. @return 0; -1 with an exception */
+static int set_member(const char *field, PyObject *values, size_t member,
+                      tfa_description *description)
 {
     PyObject *joint, *value;
     Py_ssize_t at = 0;
-    if (!armature || armature == Py_None)
-        return 0;
-    if (!PyDict_Check(armature))
-        return raise_type("armature", "armature: %.100s, must be {joint: inertia}",
-                          Py_TYPE(armature)->tp_name);
-    while (PyDict_Next(armature, &at, &joint, &value)) {
+    while (PyDict_Next(values, &at, &joint, &value)) {
         const char *name = PyUnicode_Check(joint) ? PyUnicode_AsUTF8(joint) : NULL;
         size_t k = 0;
         while (name && k < description->joint_count &&
                strcmp(description->joints[k].name, name) != 0)
             k++;
         if (!name || k == description->joint_count)
-            return raise_status(TFA_E_JOINT, "armature", "armature: the file has no joint '%.200s'",
+            return raise_status(TFA_E_JOINT, field, "%s: the file has no joint '%.200s'", field,
                                 name ? name : "?");
-        if (read_numbers("armature", value, 1, &description->joints[k].armature))
+        double number;
+        if (read_numbers(field, value, 1, &number))
             return -1;
+        if (!(number >= 0))
+            return raise_status(TFA_E_VALUE, field, "%s: %g of joint '%.200s' must not be negative",
+                                field, number, name);
+        memcpy((char *)&description->joints[k] + member, &number, sizeof number);
     }
+    return 0;
+}
+
+int set_joint_values(const model_options *o, tfa_description *description)
+{
+    const struct {
+        const char *field;
+        PyObject *values;
+        size_t member;
+    } rows[] = {{"armature", o->armature, offsetof(tfa_joint, armature)},
+                {"damping", o->damping, offsetof(tfa_joint, damping)},
+                {"friction", o->friction, offsetof(tfa_joint, friction)}};
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++)
+        if (rows[k].values && PyDict_Check(rows[k].values) &&
+            set_member(rows[k].field, rows[k].values, rows[k].member, description))
+            return -1;
     return 0;
 }
 
@@ -275,7 +293,7 @@ static int read_scene(model_options *o)
 
 static int read_flag(PyObject *value, uint32_t *flag)
 {
-    const int truth = is_given(value) ? PyObject_IsTrue(value) : 0;
+    const int truth = is_given(value) ? PyObject_IsTrue(value) : 0; /* a dict with joints is */
     *flag = truth > 0;
     return truth < 0 ? -1 : 0;
 }
@@ -294,6 +312,9 @@ int model_options_read(model_options *o)
     o->c.base = (tfa_base)base;
     o->c.mimic = (tfa_mimic_policy)mimic;
     o->c.inertia = (tfa_inertia_policy)inertia;
+    if (is_given(o->armature) && !PyDict_Check(o->armature))
+        return raise_type("armature", "armature: %.100s, must be {joint: inertia}",
+                          Py_TYPE(o->armature)->tp_name);
     if (is_given(o->gravity)) {
         if (read_numbers("gravity", o->gravity, 3, o->gravity_numbers))
             return -1;

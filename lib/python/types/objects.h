@@ -77,8 +77,8 @@ struct model_options {
  *  model_options_clear in either case. */
 int model_options_read(model_options *options);
 void model_options_clear(model_options *options);
-/** Gives joints the rotor inertias of a dict. @return 0; -1 with an exception */
-int set_armature(PyObject *armature, tfa_description *description);
+/** Gives joints armature, damping and friction of dicts. @return 0; -1 with an exception */
+int set_joint_values(const model_options *options, tfa_description *description);
 
 /** Payloads of a dict or a list of dicts. @return 0; -1 with an exception; `*payloads` is
  *  allocated by PyMem, `keep` gets the names. */

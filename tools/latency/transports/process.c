@@ -125,7 +125,7 @@ static int prepare(process_transport *p, const latency_options *options, latency
         fprintf(stderr, "totalforce latency: --via process: needs --urdf\n");
         return TFA_E_ARGUMENT;
     }
-    p->model = load_model(options->urdf, &model_options, TFA_ERROR, &report);
+    p->model = load_model(options->urdf, &model_options, NULL, 0, TFA_ERROR, &report);
     tfa_report_free(&report);
     if (!p->model)
         return TFA_E_MODEL;

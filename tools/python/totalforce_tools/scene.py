@@ -84,7 +84,7 @@ def read_friction_velocity(text, _):
     return number(text)
 
 
-def read_rotor(text, before):
+def read_inertia(text, before):
     joint, inertia = split(text, "=", "JOINT=INERTIA")
     return (before or {}) | {joint: number(inertia)}
 
@@ -117,13 +117,15 @@ OPTIONS = [
     Option("payload", None, PAYLOAD, "Load on a link: kg, its centre of mass in m, its inertia "
            "about that in kg m^2", read_payload),
     Option("rotor", None, "JOINT=INERTIA", "Inertia of a motor's rotor, kg m^2, times the square "
-           "of the joint's reduction in the file added to its armature", read_rotor),
+           "of the joint's reduction in the file added to its armature", read_inertia),
+    Option("armature", None, "JOINT=INERTIA", "Reflected inertia of a joint's rotor, kg m^2 or kg, "
+           "in place of the file's armature", read_inertia),
     Option("modes", None, "FILE", "Modes of flexible links, as YAML (`totalforce beam` writes "
            "those of a beam)", lambda text, before: (before or []) + [text]),
     Option("constraints", None, "FILE", "Closed loops, contacts and joints with a motor, as YAML",
            lambda text, before: (before or []) + [text]),
-    Group("--lock, --tip, --payload, --rotor, --modes and --constraints may be given several "
-          "times."),
+    Group("--lock, --tip, --payload, --rotor, --armature, --modes and --constraints may be given "
+          "several times."),
 ]
 
 
@@ -154,8 +156,9 @@ def load(path, o):
     options = {
         "base": o.base, "gravity": o.gravity, "mimic": o.mimic, "inertia": o.inertia,
         "rotor_inertia": o.rotor_inertia, "damping": o.damping, "friction": o.friction,
-        "friction_velocity": o.friction_velocity, "rotors": o.rotor, "snap": o.snap, "root": o.root,
-        "lock_massless_leaves": o.lock_massless_leaves, "tips": o.tip, "payload": o.payload,
+        "friction_velocity": o.friction_velocity, "rotors": o.rotor, "armature": o.armature,
+        "snap": o.snap, "root": o.root, "lock_massless_leaves": o.lock_massless_leaves,
+        "tips": o.tip, "payload": o.payload,
         "modes": o.modes, "constraints": o.constraints,
         # seven numbers are room for any joint
         "locked": [(name, values + [0.0] * (7 - len(values))) for name, values in locks],

@@ -366,8 +366,8 @@ static void check_loss(size_t member, const tfa_model_options *used, const char 
     struct outcome a = hand_outcome(&h, NULL, TFA_SYNTAX_C),
                    b = hand_outcome(&h, used, TFA_SYNTAX_C);
     assert_memory_not_equal(tfa_model_hash(a.model), tfa_model_hash(b.model), 32);
-    hand_forget(&b);
     const tfa_joint_info elbow = tfa_model_joint(b.model, ELBOW);
+    hand_forget(&b);
     assert_true(elbow.damping == (used->damping ? 0.5 : 0));
     assert_true(elbow.friction == (used->friction ? 0.5 : 0));
     *loss = 0.25;

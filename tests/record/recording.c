@@ -112,14 +112,17 @@ TEST(written_and_read)
 TEST(another_version_is_named)
 {
     recording r;
-    char text[200];
+    char text[200], expected[200];
     size_t size;
     write_file(1);
     unsigned char *bytes = read_file(&size);
     bytes[offsetof(tfa_recording_head, version)] = 2;
     assert_int_equal(recording_open(bytes, size, &r, text, sizeof text), -1);
-    assert_string_equal(text, "it is of version 2 of the format, not 7: use the totalforce that "
-                              "recorded it, or record again");
+    snprintf(expected, sizeof expected,
+             "it is of version 2 of the format, not %u: use the totalforce that recorded it, or "
+             "record again",
+             TFA_RECORDING_VERSION);
+    assert_string_equal(text, expected);
     free(bytes);
     unlink(path);
 }

@@ -289,10 +289,11 @@ TEST(methods_of_every_op)
 
 /* ---- inputs that flags read ---- */
 
+#define READS_WRENCHES (TFA_WANT_MU | TFA_WANT_GENERALISED_MOMENTUM)
 #define READS_V                                                                                    \
     (TFA_WANT_TWISTS | TFA_WANT_BIAS_ACCELERATION | TFA_WANT_COM | TFA_WANT_MOMENTUM |             \
-     TFA_WANT_ENERGY | TFA_WANT_MU)
-#define READS_GRAVITY (TFA_WANT_ENERGY | TFA_WANT_P | TFA_WANT_MU)
+     TFA_WANT_ENERGY | READS_WRENCHES)
+#define READS_GRAVITY (TFA_WANT_ENERGY | TFA_WANT_P | READS_WRENCHES)
 
 /* A number of an input that is not finite; what reads it names it. */
 static const struct {
@@ -305,7 +306,7 @@ static const struct {
     {"v", offsetof(struct scene, v[NQ + 1]), READS_V, TFA_FIELD_V, 1, 1},
     {"base_twist", offsetof(struct scene, twist[6 + 4]), READS_V, TFA_FIELD_BASE_TWIST, 4, 1},
     {"gravity", offsetof(struct scene, gravity[2]), READS_GRAVITY, TFA_FIELD_GRAVITY, 2, 0},
-    {"wrenches", offsetof(struct scene, wrenches[6 + 3]), TFA_WANT_MU, TFA_FIELD_WRENCHES, 3, 1},
+    {"wrenches", offsetof(struct scene, wrenches[6 + 3]), READS_WRENCHES, TFA_FIELD_WRENCHES, 3, 1},
     {"qdd", offsetof(struct scene, qdd[NQ]), 0, TFA_FIELD_QDD, 0, 1},
     {"base_acceleration", offsetof(struct scene, acceleration[5]), 0, TFA_FIELD_BASE_ACCELERATION,
      5, 0},

@@ -102,8 +102,8 @@ OPTIONS = [
            "Apply drake:rotor_inertia of the file (left out unless asked for)"),
     Option("damping", None, None, "Apply the damping of the file (left out unless asked for)"),
     Option("friction", None, None, "Apply the friction of the file (left out unless asked for)"),
-    Option("friction-velocity", None, "SPEED", "Below this speed, rad/s or m/s, friction fades to 0 "
-           "at rest (0.01)", read_friction_velocity),
+    Option("friction-velocity", None, "SPEED", "Below this speed, rad/s or m/s, friction fades to "
+           "0 at rest (0.01)", read_friction_velocity),
     Option("lock-massless-leaves", None, None,
            "Lock joints that move nothing with mass (an error unless asked for)"),
     Option("snap", None, "ANGLE", "Rotations within ANGLE rad of right angles become exactly "

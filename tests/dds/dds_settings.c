@@ -55,6 +55,16 @@ TEST(a_killed_daemon_is_missed_soon)
     assert_int_equal(setenv("CYCLONEDDS_URI", before, 1), 0);
 }
 
+TEST(a_profile_without_its_tag)
+{
+    SCOPED_TEXT *before = strdup(getenv("CYCLONEDDS_URI"));
+    SCOPED_HARNESS h = harness_make(ARM, dds_yaml(test_domain(), 300));
+    assert_int_equal(setenv("CYCLONEDDS_URI", "file://" TFA_SOURCE_DIR "/config/dds/fleet.xml", 1),
+                     0);
+    harness_assert_refused(&h, "export ROBOT_TAG=NAME");
+    assert_int_equal(setenv("CYCLONEDDS_URI", before, 1), 0);
+}
+
 /* Where nothing configures DDS Security, a start and a check say so: in the text of the variable,
  * or in one of the files that it names. */
 TEST(missing_security_is_said)

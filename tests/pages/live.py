@@ -19,6 +19,8 @@ from webdriver import Browser, Check, near
 BIN, ROBOTS = (pathlib.Path(path).resolve() for path in sys.argv[1:3])
 EVIL = "<img src=x onerror=window.hit=1>"
 TEXT = "const e = document.getElementById(arguments[0]); return e.hidden ? '' : e.innerText;"
+GATEWAY = """state.clients = [{...state.clients[0], kind: "dds", process: state.process}];
+showClients(); return byId("clients").innerText;"""
 COLOUR = "return getComputedStyle(document.documentElement).getPropertyValue(arguments[0]);"
 NUMBERS = """return [...document.querySelectorAll(arguments[0])].map(
     e => parseFloat(e.textContent.replace(',', '')));"""
@@ -111,6 +113,7 @@ def check_numbers(check, browser, client):
     check(until(lambda: near(browser.colours("#rates"), curve) >= 10), "no curve of rates")
     clients = browser.run(TEXT, "clients")
     check(f"shm {client.process.pid}" in clients, "clients:", clients)
+    check("gateway dds" in (text := browser.run(GATEWAY)), "a gateway's row:", text)
     check("aba" in browser.run(TEXT, "methods"), "no methods")
 
 

@@ -33,6 +33,13 @@ from __future__ import annotations
 import os
 from typing import Iterable, Optional
 
+try:
+    from . import _totalforce  # noqa: F401
+except (ImportError, RuntimeError) as _error:
+    from .import_error import explain as _explain
+
+    raise ImportError(_explain(_error)) from _error
+
 from ._totalforce import (
     ANSWER_ESTIMATED,
     ANSWER_FALLBACK,

@@ -16,6 +16,7 @@ RESULTS = {
     "collision_detection.py": (r"worst of detection and errors: ([\d.e+-]+)", 0.03),
     "identification.py": (r"largest error without noise: ([\d.e+-]+)", 1e-9),
     "leg_with_rods.py": (r"worst of closure, rest and residual: ([\d.e+-]+)", 1e-9),
+    "optimisation.py": (r"worst of swing-up .rad. and reach .m.: ([\d.e+-]+)", 1e-3),
     "quadruped_shifts_weight.py": (r"worst of weight, .* acceleration: ([\d.e+-]+)", 1e-9),
     "standing_and_reaching.py": (r"worst of soles, base wrench and task: ([\d.e+-]+)", 1e-9),
     "two_arms_hold_a_bar.py": (r"worst of closure, .* residual: ([\d.e+-]+)", 1e-8),

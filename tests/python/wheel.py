@@ -7,7 +7,9 @@ import re
 import subprocess
 import sys
 import tempfile
+import unittest
 import zipfile
+from importlib.util import find_spec
 
 import support
 
@@ -20,6 +22,7 @@ print(*{line.split()[-1] for line in open("/proc/self/maps") if ".so" in line})
 """
 
 
+@unittest.skipUnless(all(map(find_spec, ("pip", "setuptools", "wheel"))), "no build back end")
 class Wheel(support.Case):
     def run_in(self, folder, *command):
         environment = {n: v for n, v in os.environ.items() if n not in ("PYTHONPATH", "LD_LIBRARY_PATH")}

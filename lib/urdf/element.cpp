@@ -143,10 +143,11 @@ void checked_element::report(tfa_severity severity, const TiXmlBase &at, const c
 void checked_element::report_grouped(tfa_severity severity, const TiXmlBase &at, const char *code,
                                      const std::string &what) const
 {
+    char prefix[300];
     log_->errors += severity == TFA_ERROR;
-    tfa_report_add_grouped(log_->report, severity, line_of(at), code,
-                           kind_[0] == 'l' ? "links" : "joints", name_.c_str(), "%s: %s",
-                           entity().c_str(), what.c_str());
+    const uint32_t line = tfa_urdf_place(log_, line_of(at), prefix, sizeof prefix);
+    tfa_report_add_grouped(log_->report, severity, line, code, kind_[0] == 'l' ? "links" : "joints",
+                           name_.c_str(), "%s%s: %s", prefix, entity().c_str(), what.c_str());
 }
 
 std::string checked_element::run_xacro() const
@@ -287,7 +288,7 @@ static std::vector<std::string> split(const std::string &text, size_t most)
 }
 
 bool checked_element::vector(const TiXmlElement &in, const char *attribute, std::string &out,
-                             double *value, size_t length) const
+                             double *value, size_t length, size_t least) const
 {
     const TiXmlAttribute *a = find(in, attribute);
     if (!a)
@@ -302,12 +303,15 @@ bool checked_element::vector(const TiXmlElement &in, const char *attribute, std:
                    TFA_ERROR, nullptr))
             return false;
     }
-    if (tokens.size() != length) {
+    if (tokens.size() > length || tokens.size() < (least > 0 ? least : length)) {
         std::string many = tokens.size() > length + 1 ? "more than " + std::to_string(length + 1)
                                                       : std::to_string(tokens.size());
         report(TFA_ERROR, *a, "bad-vector",
                describe(*a, in) + " has " + many + " numbers; write " +
-                   (length == 3 ? "three" : "four") + " with blanks between them");
+                   (length == 3   ? "three"
+                    : length == 4 ? "four"
+                                  : (least > 0 ? "at most " : "") + std::to_string(length)) +
+                   " with blanks between them");
         return false;
     }
     if (a->ValueStr().find_first_of("\t\r\n") != std::string::npos)

@@ -69,6 +69,10 @@ class unused_items
     {
         return entries_;
     }
+    std::vector<entry> &entries()
+    {
+        return entries_;
+    }
 
   private:
     static constexpr size_t most = 100; /* bound of the names, so that searching stays fast */
@@ -145,10 +149,10 @@ class checked_element
     bool required_number(const TiXmlElement &in, const char *attribute, std::string &out,
                          double *value) const;
 
-    /* Checks `length` numbers (3 or 4) separated by white space and appends the attribute to
-     * `out`. False if absent or malformed. */
+    /* Checks `length` numbers separated by white space (`least` > 0: or fewer) and appends the
+     * attribute to `out`. False if absent or malformed. */
     bool vector(const TiXmlElement &in, const char *attribute, std::string &out, double *value,
-                size_t length = 3) const;
+                size_t length = 3, size_t least = 0) const;
 
     /* The rotation that an element states by rpy or quat_xyzw */
     tfa_rotation rotation(const TiXmlElement &in) const;

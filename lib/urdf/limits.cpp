@@ -3,7 +3,7 @@
  *
  * Limits of named joints.
  */
-#include "urdf/urdf.h"
+#include "urdf/mjcf.hpp"
 
 #include <cmath>
 #include <cstdlib>
@@ -68,6 +68,8 @@ void read_joints(const TiXmlElement &robot, const char *const *names, size_t cou
         index.emplace(names[k], k);
         limits[k] = no_limits;
     }
+    if (robot.ValueStr() == "mujoco")
+        tfa::mjcf_limits(robot, names, count, limits);
     for (const TiXmlElement *joint = robot.FirstChildElement("joint"); joint;
          joint = joint->NextSiblingElement("joint")) {
         const char *name = joint->Attribute("name");

@@ -333,7 +333,7 @@ void linter::joint(const TiXmlElement &element)
         out_ += R"(<limit effort="0" velocity="0"/>)"; /* urdfdom wants one */
     lint_mimic(checked, element, joint, out_);
     lint_dynamics(checked, element, out_);
-    joint.armature = reflected_inertia(checked, element);
+    joint.rotor = reflected_inertia(checked, element);
     out_ += "</joint>\n";
     joints_.push_back(joint);
 }
@@ -378,11 +378,8 @@ static std::string conversion(const std::string &root, const std::string &file)
     if (root == "sdf" || root == "gazebo")
         return "this is SDF, not URDF; convert it: rosrun pysdf sdf2urdf.py " + file + " " + file +
                ".urdf (gz sdf converts the other way only)";
-    if (root == "mujoco")
-        return "this is MJCF, not URDF; convert it: python3 -c \"from mjcf_urdf_simple_converter "
-               "import convert; convert('" +
-               file + "', '" + file + ".urdf')\" (pip install mjcf-urdf-simple-converter)";
-    return "a URDF file has <robot>; export URDF from the program that wrote the file";
+    return "a URDF file has <robot>, MJCF <mujoco>; export URDF from the program that wrote the "
+           "file";
 }
 
 void linter::attributes(const TiXmlElement &robot)
@@ -430,17 +427,22 @@ void linter::report_tallies() const
 
 void linter::robot(const TiXmlElement &element)
 {
-    if (element.ValueStr() != "robot") {
+    const bool is_mjcf = element.ValueStr() == "mujoco";
+    if (!is_mjcf && element.ValueStr() != "robot") {
         robot_.report(TFA_ERROR, element, "not-urdf",
                       std::string("the root element is <") + element.Value() + ">; " +
                           conversion(element.ValueStr(), file_of(log_)));
         return;
     }
-    if (report_xacro(robot_, element))
+    if (!is_mjcf && report_xacro(robot_, element))
         return;
-    attributes(element);
-    lint_lost_elements(element, log_, &found_);
-    children(element);
+    if (is_mjcf)
+        mujoco(element);
+    else {
+        attributes(element);
+        lint_lost_elements(element, log_, &found_);
+        children(element);
+    }
     if (links_.empty() && !broken_)
         robot_.report(TFA_ERROR, element, "no-links", "the robot has no links; add one");
     if (links_.size() > TFA_URDF_MAX_LINKS)

@@ -34,7 +34,8 @@ struct joint_source {
     std::string child;
     std::string mimic; /* empty: none */
     uint32_t mimic_line;
-    double armature;
+    double rotor;     /* inertia as seen by the joint */
+    double armature;  /* of MJCF, where it always counts */
     double reduction; /* 0: none */
     uint32_t parent_index;
     uint32_t child_index;
@@ -91,6 +92,7 @@ class linter
   private:
     using index = std::unordered_map<std::string, uint32_t>;
 
+    void mujoco(const TiXmlElement &element);
     void attributes(const TiXmlElement &element);
     void children(const TiXmlElement &element);
     void report_tallies() const;

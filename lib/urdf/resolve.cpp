@@ -189,7 +189,8 @@ int linter::finish(tfa_description **skeleton, char **canonical) const
         joint.parent = s.parent_index;
         joint.child = s.child_index;
         joint.mimic = s.mimic_index;
-        joint.rotor = s.armature;
+        joint.rotor = s.rotor;
+        joint.armature = s.armature;
         joint.reduction = s.reduction;
     }
     append_loops(*d, strings);

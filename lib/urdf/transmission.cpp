@@ -104,7 +104,7 @@ void linter::resolve_rotors(const index &joints)
                             "exist; correct the name",
                             rotor.joint.c_str());
         else
-            joints_[at->second].armature += rotor.value;
+            joints_[at->second].rotor += rotor.value;
     }
 }
 

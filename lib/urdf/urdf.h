@@ -4,7 +4,8 @@
  * Passes of the URDF front end, in their order:
  *
  *   check_xml  bytes -> tags: well-formed, bounded, nothing that TinyXML fails on
- *   lint       tags -> skeleton description (names, lines, tree, rotations) and canonical text
+ *   lint       tags -> skeleton description (names, lines, tree, rotations) and canonical text;
+ *              of MJCF by mjcf_reader
  *   graph      the skeleton is one tree, and its mimics end
  *   fill       canonical text -> urdfdom -> the other numbers of the description
  *   inertia    warnings about inertias that no real body has
@@ -40,9 +41,19 @@ enum {
     TFA_URDF_MAX_CODES = 64
 };
 
+/* Rows of a text that came from a file which it includes (include.cpp) */
+typedef struct tfa_urdf_span {
+    uint32_t row;  /* of the <include> */
+    uint32_t rows; /* line ends of the included text */
+    const char *file;
+} tfa_urdf_span;
+
 /* Sink of the passes' messages; bounds their number. */
 typedef struct tfa_urdf_log {
     tfa_report *report;
+    const tfa_urdf_span *spans; /* in document order; lines of messages are rows while there are
+                                   any */
+    size_t span_count;
     size_t errors; /* of this file: the report may hold older ones */
     size_t code_count;
     struct {
@@ -55,6 +66,10 @@ typedef struct tfa_urdf_log {
 /* As tfa_report_add; lists each code TFA_URDF_MAX_REPEATS times and counts the rest. */
 void tfa_urdf_report(tfa_urdf_log *log, tfa_severity severity, uint32_t line, const char *code,
                      const char *format, ...) TFA_NOEXCEPT __attribute__((format(printf, 5, 6)));
+
+/* Line in the main file of a row, and "FILE:LINE: " of an included file, or "". */
+uint32_t tfa_urdf_place(const tfa_urdf_log *log, uint32_t row, char *prefix,
+                        size_t size) TFA_NOEXCEPT;
 
 /* Adds a message with the number of those not listed. */
 void tfa_urdf_report_repeats(tfa_urdf_log *log);
@@ -90,6 +105,14 @@ const char *tfa_urdf_strip(const char *text, size_t *length);
 
 /* Makes axis + low a unit vector. Returns the previous length; a zero vector stays. */
 double tfa_axis_normalise(double axis[3], double low[3]);
+
+/* Reads a file; errno with TFA_E_FILE. */
+int tfa_urdf_read_path(const char *path, char **text, size_t *length) TFA_NOEXCEPT;
+
+/* Replaces the <include>s of MJCF by their files, so that the text stands alone: each becomes
+ * <include file="NAME" lines="line ends">TEXT</include>. Other texts stay. */
+int tfa_mjcf_include(const char *path, char **text, size_t *length,
+                     tfa_report *report) TFA_NOEXCEPT;
 
 /* Makes the skeleton (one malloc block) and the canonical text (malloc, terminated). */
 int tfa_urdf_lint(const char *clean, tfa_urdf_log *log, tfa_description **skeleton,

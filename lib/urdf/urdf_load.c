@@ -37,6 +37,27 @@ static int read_all(int file, char **text, size_t *length)
     return *text ? TFA_OK : TFA_E_MEMORY; /* the caller checks the length */
 }
 
+int tfa_urdf_read_path(const char *path, char **text, size_t *length)
+{
+    *text = NULL;
+    /* A pipe that nobody writes is empty, and not waited for; one that has a writer is read. */
+    int file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (file >= 0)
+        (void)fcntl(file, F_SETFL, fcntl(file, F_GETFL) & ~O_NONBLOCK);
+    int status = file < 0 ? TFA_E_FILE : read_all(file, text, length);
+    const int error = errno;
+    if (file >= 0)
+        close(file);
+    if (status == TFA_OK) {
+        (*text)[*length] = '\0';
+        return TFA_OK;
+    }
+    free(*text);
+    *text = NULL;
+    errno = error;
+    return status;
+}
+
 static int run_passes(const char *text, size_t length, char *clean, tfa_urdf_log *log,
                       tfa_description **skeleton, char **canonical)
 {
@@ -122,21 +143,12 @@ int tfa_urdf_read(const char *name, char **text, size_t *length, tfa_report *rep
     *length = 0;
     if (tfa_urdf_find(name, path, sizeof path) != TFA_OK)
         return unreadable(report, name, errno, path);
-    /* A pipe that nobody writes is empty, and not waited for; one that has a writer is read. */
-    int file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-    if (file >= 0)
-        (void)fcntl(file, F_SETFL, fcntl(file, F_GETFL) & ~O_NONBLOCK);
-    int status = file < 0 ? TFA_E_FILE : read_all(file, text, length);
-    const int error = errno;
-    if (file >= 0)
-        close(file);
+    const int status = tfa_urdf_read_path(path, text, length);
     if (status == TFA_OK) {
-        (*text)[*length] = '\0';
         tfa_report_set_file(report, path);
-        return TFA_OK;
+        return tfa_mjcf_include(path, text, length, report);
     }
-    free(*text);
-    *text = NULL;
+    const int error = errno;
     (void)unreadable(report, path, error,
                      status == TFA_E_MEMORY ? "out of memory"
                                             : strerror_r(error, message, sizeof message));

@@ -24,6 +24,31 @@ static size_t times_reported(tfa_urdf_log *log, tfa_severity severity, const cha
     return 0;
 }
 
+uint32_t tfa_urdf_place(const tfa_urdf_log *log, uint32_t row, char *prefix, size_t size)
+{
+    uint32_t start = 0, shift = 0, passed = 0, line = 0; /* rows before the file that holds it */
+    const char *file = NULL;
+    for (size_t k = 0; k < log->span_count && log->spans[k].row < row; k++) {
+        const tfa_urdf_span *s = &log->spans[k];
+        if (s->row < passed)
+            continue; /* inside a span that ended */
+        if (row > s->row + s->rows) {
+            shift += s->rows;
+            passed = s->row + s->rows;
+            continue;
+        }
+        line = file ? line : s->row - start - shift;
+        file = s->file;
+        start = s->row - 1;
+        shift = 0;
+    }
+    prefix[0] = '\0';
+    if (!file)
+        return row - start - shift;
+    snprintf(prefix, size, "%.255s:%u: ", file, row - start - shift);
+    return line;
+}
+
 void tfa_urdf_report(tfa_urdf_log *log, tfa_severity severity, uint32_t line, const char *code,
                      const char *format, ...)
 {
@@ -35,7 +60,9 @@ void tfa_urdf_report(tfa_urdf_log *log, tfa_severity severity, uint32_t line, co
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
-    tfa_report_add(log->report, severity, line, code, "%s", text);
+    char prefix[300];
+    line = tfa_urdf_place(log, line, prefix, sizeof prefix);
+    tfa_report_add(log->report, severity, line, code, "%s%s", prefix, text);
 }
 
 /* One message that counts as many. */

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Descriptions: the links and joints of a robot as its URDF file states them, neither merged nor
- * reordered, and the functions that read a file. URDF: http://wiki.ros.org/urdf/XML.
+ * Descriptions: links and joints of a robot as its file states them, neither merged nor reordered,
+ * and the functions that read URDF (http://wiki.ros.org/urdf/XML) or MJCF (docs/loading.md).
  *
  * Rotations and axes have a low part: the value is quat + quat_low (axis + axis_low), which is
  * within 1e-32 of rpy and axis of the file. A program that writes quat or axis sets the low part
@@ -181,14 +181,14 @@ typedef struct tfa_description {
  */
 TFA_API TFA_CHECKED int tfa_urdf_find(const char *name, char *path, size_t size);
 
-/** Reads the file that tfa_urdf_find finds, as tfa_urdf_load, into `text`, a malloc block of
- *  `length` bytes and a NUL; NULL on error. The report's file is its path. */
+/** Reads the file that tfa_urdf_find finds into `text`, a malloc block of `length` bytes and a NUL,
+ *  in which MJCF holds the files that it includes; NULL on error. The report's file is its path. */
 TFA_API TFA_CHECKED int tfa_urdf_read(const char *name, char **text, size_t *length,
                                       tfa_report *report);
 
 /**
- * Reads a URDF file into a description. Cost: O(file size). It does not print, opens no mesh, uses
- * no network, and does not depend on the locale.
+ * Reads a URDF or MJCF file into a description. Cost: O(file size). It does not print, opens no
+ * file but those that MJCF includes, uses no network, and does not depend on the locale.
  *
  * Thread rule: one call at a time in a process (urdfdom's log handler is global).
  *
@@ -201,8 +201,8 @@ TFA_API TFA_CHECKED int tfa_urdf_read(const char *name, char **text, size_t *len
 TFA_API TFA_CHECKED int tfa_urdf_load(const char *path, tfa_description **description,
                                       tfa_report *report);
 
-/** As tfa_urdf_load, from `length` bytes in memory; `name`: file name in messages, NULL: none.
- *  TFA_E_FILE: longer than 64 MiB. */
+/** As tfa_urdf_load, from `length` bytes in memory, opening no file; `name`: file name in messages,
+ *  NULL: none. TFA_E_FILE: longer than 64 MiB. */
 TFA_API TFA_CHECKED int tfa_urdf_parse(const char *text, size_t length, const char *name,
                                        tfa_description **description, tfa_report *report);
 

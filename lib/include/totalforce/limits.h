@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Limits of joints, as a URDF file states them. No model and no answer uses them: they are
+ * Limits of joints, as a file states them. No model and no answer uses them: they are
  * for programs that choose positions, velocities and forces.
  */
 #ifndef TOTALFORCE_LIMITS_H
@@ -29,7 +29,7 @@ typedef struct tfa_joint_limits {
  * lower < upper, and a joint that is neither revolute nor prismatic give no range;
  * negative velocities and efforts are none. Cost: O(length). Any thread.
  *
- * @param text    URDF of `length` bytes, as tfa_urdf_parse accepts it
+ * @param text    URDF or MJCF of `length` bytes, as tfa_urdf_parse accepts it
  * @param length  of text, bytes
  * @param names   `count` names of joints: tfa_joint_info.name or tfa_joint.name
  * @param count   of names and limits

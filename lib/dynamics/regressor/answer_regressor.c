@@ -99,7 +99,7 @@ static int store_joints(const struct state *s, double *out)
         const uint32_t to = TFA_V(reduced_freedom)(s->m, j, &multiplier) - s->m->base_freedoms;
         if (multiplier != 1)
             continue;
-        const num v = s->boosted ? s->qd[j] + s->boost[j] : s->qd[j];
+        const num v = world_velocity(s, j);
         double *row = out + TFA_JOINT_PARAMETERS * (size_t)to;
         row[0] = (double)qdd[j];
         row[1] = (double)v;

@@ -98,12 +98,8 @@ static void turning_force(const struct state *s, uint32_t i, num *out)
 {
     const struct tfa_body *b = &s->body[i];
     svec v = s->a[i];
-    num h[6];
-    joint_force(s, b, cross_force(v, s->f[i]), h);
-    for (uint32_t k = b->n; k-- > 0;) {
-        out[k] = -h[k];
-        if (!is_fused(b->kind))
-            continue;
+    joint_force(s, b, sv_neg(cross_force(v, s->f[i])), out);
+    for (uint32_t k = is_fused(b->kind) ? b->n : 0; k-- > 0;) {
         const svec H = joint_nd_axis(&s->joint_nd[b->joint_nd], k);
         out[k] = -sv_dot(H, cross_force(v, s->f[i]));
         v = sv_sub(v, sv_scale(H, s->dx[b->v + k]));

@@ -53,7 +53,6 @@ static void map_joint_nd(struct layout *l, const struct draft_joint *joint,
 void tfa_emit_maps(struct layout *l, const struct draft *d)
 {
     const struct tfa_model *m = l->model;
-    const tfa_joint *joints = d->description->joints;
     for (uint32_t i = 0; i < m->bodies; i++) {
         const struct tfa_body *b = &l->body[i];
         if (b->base)
@@ -61,8 +60,8 @@ void tfa_emit_maps(struct layout *l, const struct draft *d)
         for (uint32_t k = 0; k < b->n; k++) {
             const uint32_t j = joint_of(d, i, k);
             l->armature[b->v + k] = draft_armature(d, j);
-            l->damping[b->v + k] = d->options->damping ? joints[j].damping : 0;
-            l->friction[b->v + k] = d->options->friction ? joints[j].friction : 0;
+            l->damping[b->v + k] = draft_damping(d, j);
+            l->friction[b->v + k] = draft_friction(d, j);
             if (is_fused(b->kind) || b->n == 1)
                 map_joint_1dof(l, d, &d->joint[j], b->q + k, b->v + k - m->base_freedoms);
             else if (k == 0)
@@ -138,8 +137,8 @@ static void emit_joint(struct layout *l, const struct draft *d, uint32_t j, cons
         .v_count = tfa_joint_type_describe(type).freedoms,
         .body = (uint32_t)joint->body,
         .armature = draft_armature(d, j),
-        .damping = d->options->damping ? d->description->joints[j].damping : 0,
-        .friction = d->options->friction ? d->description->joints[j].friction : 0,
+        .damping = draft_damping(d, j),
+        .friction = draft_friction(d, j),
         .actuated = !scene || !scene->actuated_count || joint->actuated,
     };
 }

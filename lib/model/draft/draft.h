@@ -125,6 +125,17 @@ static inline double draft_armature(const struct draft *d, size_t joint)
     return j->armature + (d->options->rotor_inertia ? j->rotor : 0) + d->joint[joint].rotor;
 }
 
+/* Damping and friction in use, on each of its freedoms */
+static inline double draft_damping(const struct draft *d, size_t joint)
+{
+    return d->options->damping ? d->description->joints[joint].damping : 0;
+}
+
+static inline double draft_friction(const struct draft *d, size_t joint)
+{
+    return d->options->friction ? d->description->joints[joint].friction : 0;
+}
+
 /* ---- passes of tfa_draft_make, in this order; each reports its refusals ---- */
 
 /* Orders the joints parents first: TFA_E_MODEL on loops, two parents and unreachable links. */

@@ -106,7 +106,7 @@ ends 1
 # a daemon that stands still
 kill -STOP $daemon
 status 2 "$tool" list --runtime-dir "$run"
-says "$work/err" "does not answer in time"
+says "$work/err" "the daemon at $run does not answer in time"
 kill -CONT $daemon
 
 # the end of the daemon ends a measurement, not the report

@@ -364,7 +364,7 @@ int ros2_exchange(ros2_robot *robot, const tfa_model *model, const tfa_worker_ro
         robot->active.bits = adopt_active(model, before->model, robot->active.bits);
     }
     set_arrays(robot, next);
-    robot->observed.start = "reload";
+    robot->observed.start = ros2_leads(robot) ? "reload" : "takeover";
     robot->own.solver = *solver;
     pthread_mutex_unlock(&robot->mutex);
     ros2_arrays_free(before);

@@ -13,7 +13,6 @@ import shutil
 import subprocess
 import sys
 
-import numpy
 from setuptools import Extension, setup
 from setuptools.command.build_ext import build_ext
 from wheel.bdist_wheel import bdist_wheel
@@ -30,6 +29,15 @@ def needed(library):
     if "not found" in listed:
         sys.exit(f"{library}: {listed}")
     return re.findall(r"^\s*(\S+)(?: => (\S+))? \(", listed, re.M)
+
+
+def copy_licence(name, folder):
+    """Terms of a library that the wheel carries, where its package of Debian states them"""
+    owner = subprocess.run(["dpkg-query", "-S", f"*/{name}"], capture_output=True, text=True).stdout
+    terms = pathlib.Path("/usr/share/doc", owner.split(":")[0], "copyright")
+    if owner and terms.exists():
+        folder.mkdir(exist_ok=True)
+        shutil.copy(terms, folder / name)
 
 
 class BuildModule(build_ext):
@@ -64,6 +72,7 @@ class BuildModule(build_ext):
         for name, path in needed(module):
             if not PLATFORM.match(pathlib.Path(name).name):
                 shutil.copy(path, package.parent / name)
+                copy_licence(name, package.parent / "licences")
 
 
 class Wheel(bdist_wheel):
@@ -76,11 +85,13 @@ class Wheel(bdist_wheel):
 
 
 os.makedirs(SOURCE / "build", exist_ok=True)
-newest = ",<2" if numpy.__version__.startswith("1.") else ""  # NumPy 2 takes no modules of NumPy 1
+limited = sys.version_info >= (3, 11)  # lib/python/request/python_api.h
 setup(
     version=re.search(r"VERSION ([\d.]+)", (SOURCE / "CMakeLists.txt").read_text().split("project(")[1])[1],
-    install_requires=[f"numpy>=1.22{newest}"],
-    ext_modules=[Extension("totalforce._totalforce", [])],
+    ext_modules=[Extension("totalforce._totalforce", [], py_limited_api=limited)],
     cmdclass={"build_ext": BuildModule, "bdist_wheel": Wheel},
-    options={"egg_info": {"egg_base": "build"}},
+    options={
+        "egg_info": {"egg_base": "build"},
+        "bdist_wheel": {"py_limited_api": "cp311" if limited else False},
+    },
 )

@@ -10,11 +10,13 @@ import tempfile
 import unittest
 import zipfile
 from importlib.util import find_spec
+from shutil import which
 
 import support
 
 # of the platform, as PEP 600 has them
 OUTSIDE = re.compile(r"(libc|libm|libdl|libpthread|libgcc_s|libstdc\+\+|ld-linux-.*)\.so\.\d")
+APT = which("dpkg-query")
 CODE = """
 import numpy as np, totalforce as tf
 print(tf.Workspace(tf.Model(%r)).mass_matrix(np.zeros(7)).M.shape, tf.__file__)
@@ -40,7 +42,8 @@ class Wheel(support.Case):
             self.run_in(folder, sys.executable, *pip, "wheel", "--no-build-isolation", "--no-deps",
                         "--no-index", str(support.SOURCE))  # fmt: skip
             (wheel,) = pathlib.Path(folder).glob("totalforce-*.whl")
-            self.assertRegex(wheel.name, r"-manylinux_2_\d+_\w+\.whl$")
+            one = f"cp3{sys.version_info.minor}-" * 2 if sys.version_info < (3, 11) else "cp311-abi3-"
+            self.assertRegex(wheel.name, rf"-{one}manylinux_2_\d+_\w+\.whl$")
             with zipfile.ZipFile(wheel) as content:
                 names = content.namelist()
                 (metadata,) = (content.read(n).decode() for n in names if n.endswith("/METADATA"))
@@ -54,7 +57,9 @@ class Wheel(support.Case):
             package = pathlib.Path(answer.split()[-1]).parent
             self.assertTrue(answer.startswith("(7, 7)") and package.is_relative_to(folder), answer)
             carried = {path.name: path for path in package.glob("*.so*")}
+            terms = {path.name for path in (package / "licences").glob("*")}
             for name, path in carried.items():
+                self.assertTrue("totalforce" in name or not APT or name in terms, name)
                 self.assertIn(str(path), mapped.split())
                 listed = self.run_in(folder, "readelf", "-d", str(path))
                 for needed in re.findall(r"\(NEEDED\).*\[(.*)\]", listed):

@@ -75,13 +75,13 @@ static int take_arguments(request_call *call, PyObject *const *arguments, Py_ssi
         if (take_argument(call, row, arguments[k]))
             return -1;
     }
-    const Py_ssize_t named = keywords ? PyTuple_GET_SIZE(keywords) : 0;
+    const Py_ssize_t named = keywords ? PyTuple_Size(keywords) : 0;
     for (Py_ssize_t k = 0; k < named; k++) {
-        PyObject *name = PyTuple_GET_ITEM(keywords, k);
+        PyObject *name = PyTuple_GetItem(keywords, k);
         const int row = input_find(name);
         if (row < 0 || (inputs[row].only_client && !call->for_client)) {
             char nearest[160];
-            const char *text = PyUnicode_AsUTF8(name);
+            const char *text = PyUnicode_AsUTF8AndSize(name, NULL);
             PyErr_Clear();
             tfa_suggest(text ? text : "?", NULL, input_count, input_name_at, nearest,
                         sizeof nearest);

@@ -9,7 +9,7 @@
 #define PYTHON_CALL_H
 
 #include "field_rows.h"
-#include "numpy_api.h"
+#include "python_api.h"
 #include "robot_names.h"
 
 #include <totalforce/client.h>

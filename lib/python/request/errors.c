@@ -90,7 +90,7 @@ int raise_from_current(const char *field, const char *what)
     PyErr_Fetch(&type, &value, &trace);
     PyErr_NormalizeException(&type, &value, &trace);
     PyObject *reason = value ? PyObject_Str(value) : NULL;
-    const char *text = reason ? PyUnicode_AsUTF8(reason) : NULL;
+    const char *text = reason ? PyUnicode_AsUTF8AndSize(reason, NULL) : NULL;
     PyErr_Clear();
     if (is_type)
         raise_type(field, "%s: %s: %s", field, what, text ? text : "?");

@@ -6,7 +6,7 @@
 #ifndef PYTHON_ERRORS_H
 #define PYTHON_ERRORS_H
 
-#include "numpy_api.h"
+#include "python_api.h"
 
 #include <totalforce/report.h>
 #include <totalforce/request.h>

@@ -7,7 +7,7 @@
 #ifndef PYTHON_FIELD_ROWS_H
 #define PYTHON_FIELD_ROWS_H
 
-#include "numpy_api.h"
+#include "python_api.h"
 
 #include "interface/fields.h"
 

@@ -212,11 +212,11 @@ static const char *op_at(const void *unused, size_t index)
 
 int read_op(PyObject *value, tfa_op *op)
 {
-    const char *name = PyUnicode_Check(value) ? PyUnicode_AsUTF8(value) : NULL;
+    const char *name = PyUnicode_Check(value) ? PyUnicode_AsUTF8AndSize(value, NULL) : NULL;
     if (!name)
-        return PyErr_Occurred() ? -1
-                                : raise_type("op", "op: %.100s, must be the name of an op",
-                                             Py_TYPE(value)->tp_name);
+        return PyErr_Occurred()
+                   ? -1
+                   : raise_type("op", "op: %.100s, must be the name of an op", type_name(value));
     const int32_t found = tfa_word_find(TFA_WORDS_OP, name);
     if (found >= 0) {
         *op = (tfa_op)found;

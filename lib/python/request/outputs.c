@@ -31,23 +31,30 @@ static int has_shape(PyArrayObject *array, int axes, const npy_intp *shape)
     return same;
 }
 
+/* Of an array of float64 or uint64 */
+static size_t bytes_of(PyArrayObject *array)
+{
+    return sizeof(double) * (size_t)PyArray_SIZE(array);
+}
+
 /* 1: the bytes of an array overlap with [from, from + size) */
 static int overlaps(PyArrayObject *array, const void *from, size_t size)
 {
     const char *a = PyArray_DATA(array), *b = from;
-    return size && PyArray_NBYTES(array) && a < b + size && b < a + PyArray_NBYTES(array);
+    const size_t own = bytes_of(array);
+    return size && own && a < b + size && b < a + own;
 }
 
 /* Checks that an output shares no memory with inputs or other outputs. */
 static int check_overlap(request_call *call, int k, PyArrayObject *array)
 {
     for (uint32_t i = 0; i < call->piece_count; i++)
-        if (overlaps(array, call->pieces[i].numbers, (size_t)PyArray_NBYTES(call->pieces[i].array)))
+        if (overlaps(array, call->pieces[i].numbers, bytes_of(call->pieces[i].array)))
             return raise_status(TFA_E_ARGUMENT, "out", "out: %s shares memory with an input",
                                 outputs[k].name);
     for (int i = 0; i < OUTPUT_COUNT; i++) {
         PyArrayObject *other = (PyArrayObject *)call->outputs[i];
-        if (i != k && other && overlaps(array, PyArray_DATA(other), (size_t)PyArray_NBYTES(other)))
+        if (i != k && other && overlaps(array, PyArray_DATA(other), bytes_of(other)))
             return raise_status(TFA_E_ARGUMENT, "out", "out: %s shares memory with %s",
                                 outputs[k].name, outputs[i].name);
     }
@@ -67,7 +74,7 @@ static int take_array(request_call *call, int k, PyObject *value)
                                  (ptrdiff_t)shape[i]);
     if (!PyArray_Check(value))
         return raise_type("out", "out: %s: %.100s, must be an array", outputs[k].name,
-                          Py_TYPE(value)->tp_name);
+                          type_name(value));
     PyArrayObject *array = (PyArrayObject *)value;
     if (PyArray_TYPE(array) != NPY_DOUBLE || !PyArray_ISNOTSWAPPED(array))
         return raise_type("out", "out: %s must be of dtype float64", outputs[k].name);
@@ -108,7 +115,7 @@ static int take_dict(request_call *call, PyObject *value)
     PyObject *name, *array;
     Py_ssize_t at = 0;
     while (PyDict_Next(value, &at, &name, &array)) {
-        const char *key = PyUnicode_Check(name) ? PyUnicode_AsUTF8(name) : NULL;
+        const char *key = PyUnicode_Check(name) ? PyUnicode_AsUTF8AndSize(name, NULL) : NULL;
         const int k = key ? output_find(key) : -1;
         if (k < 0) {
             PyErr_Clear();

@@ -135,10 +135,10 @@ static int read_joint_value(const char *field, PyObject *name, PyObject *value, 
                             double *numbers)
 {
     char key[320];
-    const char *joint = PyUnicode_Check(name) ? PyUnicode_AsUTF8(name) : "?";
+    const char *joint = PyUnicode_Check(name) ? PyUnicode_AsUTF8AndSize(name, NULL) : "?";
     snprintf(key, sizeof key, "%s.%.200s", field, joint ? joint : "?");
     if (count == 1 && PyFloat_Check(value)) {
-        numbers[0] = PyFloat_AS_DOUBLE(value);
+        numbers[0] = PyFloat_AsDouble(value);
         return 0;
     }
     return read_numbers(key, value, count, numbers);
@@ -160,9 +160,9 @@ static PyObject *joints_by_name(const request_call *call, const input_row *input
         if (robot->names.joints[k].quaternion >= 0)
             numbers[robot->names.joints[k].q_index + (uint32_t)robot->names.joints[k].quaternion +
                     3] = 1;
-    for (Py_ssize_t i = 0; array && i < PyList_GET_SIZE(items); i++) {
-        PyObject *name = PyTuple_GET_ITEM(PyList_GET_ITEM(items, i), 0);
-        PyObject *value = PyTuple_GET_ITEM(PyList_GET_ITEM(items, i), 1);
+    for (Py_ssize_t i = 0; array && i < PyList_Size(items); i++) {
+        PyObject *name = PyTuple_GetItem(PyList_GetItem(items, i), 0);
+        PyObject *value = PyTuple_GetItem(PyList_GetItem(items, i), 1);
         uint32_t k;
         int bad = robot_find_joint(robot, input->name, name, &k);
         if (!bad) {
@@ -203,9 +203,9 @@ static PyObject *pairs_of(const char *field, PyObject *value)
     PyObject *items = PyDict_Check(value) ? PyDict_Items(value) : Py_NewRef(value);
     PyObject *pairs = items ? PySequence_Tuple(items) : NULL;
     Py_XDECREF(items);
-    for (Py_ssize_t k = 0; pairs && k < PyTuple_GET_SIZE(pairs); k++) {
-        PyObject *pair = PyTuple_GET_ITEM(pairs, k);
-        if (!PyTuple_Check(pair) || PyTuple_GET_SIZE(pair) != 2) {
+    for (Py_ssize_t k = 0; pairs && k < PyTuple_Size(pairs); k++) {
+        PyObject *pair = PyTuple_GetItem(pairs, k);
+        if (!PyTuple_Check(pair) || PyTuple_Size(pair) != 2) {
             Py_CLEAR(pairs);
             PyErr_SetString(PyExc_TypeError, "an entry is not a pair (link, numbers)");
         }
@@ -218,13 +218,13 @@ static PyObject *pairs_of(const char *field, PyObject *value)
 /* Appends a piece for each pair, `width` numbers each. */
 static int add_pairs(request_call *call, const input_row *input, PyObject *pairs, uint32_t width)
 {
-    for (Py_ssize_t k = 0; k < PyTuple_GET_SIZE(pairs); k++) {
-        PyObject *pair = PyTuple_GET_ITEM(pairs, k);
-        PyObject *name = PyTuple_GET_ITEM(pair, 0);
+    for (Py_ssize_t k = 0; k < PyTuple_Size(pairs); k++) {
+        PyObject *pair = PyTuple_GetItem(pairs, k);
+        PyObject *name = PyTuple_GetItem(pair, 0);
         char key[320];
-        const char *link = PyUnicode_Check(name) ? PyUnicode_AsUTF8(name) : "?";
+        const char *link = PyUnicode_Check(name) ? PyUnicode_AsUTF8AndSize(name, NULL) : "?";
         snprintf(key, sizeof key, "%s.%.200s", input->name, link ? link : "?");
-        if (add_piece(call, key, EXTENT_NONE, width, PyTuple_GET_ITEM(pair, 1)))
+        if (add_piece(call, key, EXTENT_NONE, width, PyTuple_GetItem(pair, 1)))
             return -1;
     }
     return 0;
@@ -235,15 +235,15 @@ int read_wrench(request_call *call, const input_row *input, PyObject *value)
     PyObject *pairs = pairs_of(input->name, value);
     if (!pairs)
         return -1;
-    const Py_ssize_t count = PyTuple_GET_SIZE(pairs);
+    const Py_ssize_t count = PyTuple_Size(pairs);
     int bad = 0;
     if (count > TFA_MAX_WRENCHES)
         bad = raise_status(TFA_E_SIZE, input->name, "wrench: %zd links, at most %d", count,
                            TFA_MAX_WRENCHES);
     for (Py_ssize_t k = 0; !bad && k < count; k++)
-        bad = robot_find_link(call->robot, input->name,
-                              PyTuple_GET_ITEM(PyTuple_GET_ITEM(pairs, k), 0),
-                              &call->request.wrench_frames[k]);
+        bad =
+            robot_find_link(call->robot, input->name, PyTuple_GetItem(PyTuple_GetItem(pairs, k), 0),
+                            &call->request.wrench_frames[k]);
     if (!bad && count) {
         stage(call, input->member, 6)->pieces = (uint32_t)count;
         call->request.wrench_count = (uint32_t)count;
@@ -256,7 +256,7 @@ int read_wrench(request_call *call, const input_row *input, PyObject *value)
 /* The links of an acceleration become the tips, or must be these in their order. */
 static int tips_of(request_call *call, const input_row *input, PyObject *pairs)
 {
-    const Py_ssize_t count = PyTuple_GET_SIZE(pairs);
+    const Py_ssize_t count = PyTuple_Size(pairs);
     const uint32_t given = call->request.tip_count;
     if (count < 1 || count > TFA_MAX_TIPS || (given && count != (Py_ssize_t)given))
         return raise_status(TFA_E_SIZE, input->name,
@@ -265,7 +265,7 @@ static int tips_of(request_call *call, const input_row *input, PyObject *pairs)
                             count, given);
     for (Py_ssize_t k = 0; k < count; k++) {
         uint32_t frame;
-        PyObject *name = PyTuple_GET_ITEM(PyTuple_GET_ITEM(pairs, k), 0);
+        PyObject *name = PyTuple_GetItem(PyTuple_GetItem(pairs, k), 0);
         if (robot_find_link(call->robot, input->name, name, &frame))
             return -1;
         if (given && frame != call->request.tips[k])
@@ -283,7 +283,7 @@ static int tips_of(request_call *call, const input_row *input, PyObject *pairs)
 /* Without `rows`, three numbers of the first tip choose points. */
 static int guess_rows(request_call *call, PyObject *pairs)
 {
-    PyObject *numbers = PyTuple_GET_ITEM(PyTuple_GET_ITEM(pairs, 0), 1);
+    PyObject *numbers = PyTuple_GetItem(PyTuple_GetItem(pairs, 0), 1);
     Py_ssize_t length;
     if (PyArray_Check(numbers)) {
         PyArrayObject *array = (PyArrayObject *)numbers;
@@ -350,10 +350,10 @@ int read_constraint_acceleration(request_call *call, const input_row *input, PyO
     }
     PyObject *pairs = pairs_of(input->name, value);
     int bad = !pairs;
-    for (Py_ssize_t i = 0; !bad && i < PyTuple_GET_SIZE(pairs); i++) {
-        PyObject *pair = PyTuple_GET_ITEM(pairs, i);
+    for (Py_ssize_t i = 0; !bad && i < PyTuple_Size(pairs); i++) {
+        PyObject *pair = PyTuple_GetItem(pairs, i);
         uint32_t k = 0;
-        bad = robot_find_constraint(call->robot, input->name, PyTuple_GET_ITEM(pair, 0), &k);
+        bad = robot_find_constraint(call->robot, input->name, PyTuple_GetItem(pair, 0), &k);
         const char *name = bad ? "" : call->robot->names.constraints[k];
         if (!bad && !(call->request.constraints >> k & 1))
             bad = raise_named(TFA_E_ARGUMENT, input->name, "constraint", name,
@@ -361,7 +361,7 @@ int read_constraint_acceleration(request_call *call, const input_row *input, PyO
                               "constraints",
                               name);
         if (!bad)
-            given[k] = PyTuple_GET_ITEM(pair, 1);
+            given[k] = PyTuple_GetItem(pair, 1);
     }
     if (!bad && call->request.constraints)
         bad = add_active(call, input, given);

@@ -17,7 +17,7 @@ int read_load(const char *field, PyObject *value, PyObject **link,
     } parts[] = {{"mass", 0, 1}, {"com", 1, 3}, {"inertia", 4, 6}};
     if (!PyDict_Check(value))
         return raise_type(field, "%s: %.100s, must be a dict with link, mass, com, inertia", field,
-                          Py_TYPE(value)->tp_name);
+                          type_name(value));
     Py_ssize_t known = PyDict_GetItemString(value, "link") != NULL;
     memset(numbers, 0, TFA_PAYLOAD_NUMBERS * sizeof *numbers);
     for (size_t i = 0; i < 3; i++) {
@@ -38,7 +38,7 @@ int read_load(const char *field, PyObject *value, PyObject **link,
     *link = PyDict_GetItemString(value, "link");
     if (!*link)
         return raise_status(TFA_E_ARGUMENT, field, "%s.link: missing", field);
-    return known == PyDict_GET_SIZE(value)
+    return known == PyDict_Size(value)
                ? 0
                : raise_status(TFA_E_ARGUMENT, field,
                               "%s: unknown key; there are link, mass, com, inertia", field);
@@ -49,14 +49,14 @@ int read_payload(request_call *call, const input_row *input, PyObject *value)
     PyObject *list = PyDict_Check(value) ? PyTuple_Pack(1, value) : PySequence_Tuple(value);
     if (!list)
         return raise_from_current(input->name, "must be a dict, or a list of dicts");
-    const Py_ssize_t count = PyTuple_GET_SIZE(list);
+    const Py_ssize_t count = PyTuple_Size(list);
     int bad = 0;
     if (count > TFA_MAX_PAYLOADS)
         bad = raise_status(TFA_E_SIZE, input->name, "payload: %zd loads, at most %d", count,
                            TFA_MAX_PAYLOADS);
     for (Py_ssize_t k = 0; !bad && k < count; k++) {
         PyObject *link;
-        bad = read_load(input->name, PyTuple_GET_ITEM(list, k), &link,
+        bad = read_load(input->name, PyTuple_GetItem(list, k), &link,
                         call->payloads + TFA_PAYLOAD_NUMBERS * k) ||
               robot_find_link(call->robot, input->name, link, &call->request.payload_frames[k]);
     }
@@ -71,7 +71,7 @@ int read_locked(request_call *call, const input_row *input, PyObject *value)
     PyObject *list = PyUnicode_Check(value) ? PyTuple_Pack(1, value) : PySequence_Tuple(value);
     if (!list)
         return raise_from_current(input->name, "must be a list of joints");
-    const Py_ssize_t count = PyTuple_GET_SIZE(list);
+    const Py_ssize_t count = PyTuple_Size(list);
     int bad = 0;
     if (count > (Py_ssize_t)call->robot->names.joint_count)
         bad = raise_status(TFA_E_SIZE, input->name, "locked: %zd joints, the robot has %u", count,
@@ -82,7 +82,7 @@ int read_locked(request_call *call, const input_row *input, PyObject *value)
     }
     for (Py_ssize_t k = 0; !bad && k < count; k++)
         bad =
-            robot_find_joint(call->robot, input->name, PyTuple_GET_ITEM(list, k), &call->locked[k]);
+            robot_find_joint(call->robot, input->name, PyTuple_GetItem(list, k), &call->locked[k]);
     Py_DECREF(list);
     call->request.locked = call->locked;
     call->request.locked_count = bad ? 0 : (uint32_t)count;

@@ -14,11 +14,11 @@
 int choose(const char *field, PyObject *value, const char *const *list, size_t count,
            unsigned *choice)
 {
-    const char *word = PyUnicode_Check(value) ? PyUnicode_AsUTF8(value) : NULL;
+    const char *word = PyUnicode_Check(value) ? PyUnicode_AsUTF8AndSize(value, NULL) : NULL;
     if (!word)
         return PyErr_Occurred()
                    ? -1
-                   : raise_type(field, "%s: %.100s, must be a str", field, Py_TYPE(value)->tp_name);
+                   : raise_type(field, "%s: %.100s, must be a str", field, type_name(value));
     for (size_t k = 0; k < count; k++)
         if (strcmp(list[k], word) == 0) {
             *choice = (unsigned)k;
@@ -83,8 +83,8 @@ static int for_each(request_call *call, const char *field, PyObject *value, cons
     int bad = 0;
     if (!list)
         return raise_from_current(field, what);
-    for (Py_ssize_t k = 0; !bad && k < PyTuple_GET_SIZE(list); k++)
-        bad = add(call, field, PyTuple_GET_ITEM(list, k), k);
+    for (Py_ssize_t k = 0; !bad && k < PyTuple_Size(list); k++)
+        bad = add(call, field, PyTuple_GetItem(list, k), k);
     Py_DECREF(list);
     return bad;
 }
@@ -184,7 +184,7 @@ int read_characteristic_length(request_call *call, const input_row *input, PyObj
 int read_method(request_call *call, const input_row *input, PyObject *value)
 {
     const char *names[32];
-    const char *word = PyUnicode_Check(value) ? PyUnicode_AsUTF8(value) : NULL;
+    const char *word = PyUnicode_Check(value) ? PyUnicode_AsUTF8AndSize(value, NULL) : NULL;
     const int32_t method = word ? tfa_method_find(word) : -1;
     if (method >= 0) {
         call->request.method = (tfa_method)method;
@@ -198,7 +198,8 @@ int read_method(request_call *call, const input_row *input, PyObject *value)
         PyErr_Fetch(&type, &error, &trace);
         PyErr_NormalizeException(&type, &error, &trace);
         PyObject *text = error ? PyObject_Str(error) : NULL;
-        raise_status(TFA_E_METHOD, input->name, "%s", text ? PyUnicode_AsUTF8(text) : "method");
+        raise_status(TFA_E_METHOD, input->name, "%s",
+                     text ? PyUnicode_AsUTF8AndSize(text, NULL) : "method");
         Py_XDECREF(text);
         Py_XDECREF(type);
         Py_XDECREF(error);
@@ -212,8 +213,8 @@ int read_refine(request_call *call, const input_row *input, PyObject *value)
 {
     const long steps = PyLong_Check(value) && !PyBool_Check(value) ? PyLong_AsLong(value) : -1;
     if (!PyLong_Check(value) || PyBool_Check(value))
-        return raise_type(input->name, "refine: %.100s, must be an int, 0 to %d",
-                          Py_TYPE(value)->tp_name, TFA_MAX_REFINE);
+        return raise_type(input->name, "refine: %.100s, must be an int, 0 to %d", type_name(value),
+                          TFA_MAX_REFINE);
     PyErr_Clear(); /* of a number beyond long */
     if (steps < 0 || steps > TFA_MAX_REFINE)
         return raise_status(TFA_E_ARGUMENT, input->name, "refine: must be 0 to %d", TFA_MAX_REFINE);

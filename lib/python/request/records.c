@@ -204,8 +204,8 @@ int records_init(PyObject *module)
 static PyObject *record(int type, PyObject *tuple)
 {
     PyObject *made = tuple ? PyStructSequence_New(types[type]) : NULL;
-    for (Py_ssize_t k = 0; made && k < PyTuple_GET_SIZE(tuple); k++)
-        PyStructSequence_SetItem(made, k, Py_NewRef(PyTuple_GET_ITEM(tuple, k)));
+    for (Py_ssize_t k = 0; made && k < PyTuple_Size(tuple); k++)
+        PyStructSequence_SetItem(made, k, Py_NewRef(PyTuple_GetItem(tuple, k)));
     Py_XDECREF(tuple);
     return made;
 }

@@ -6,7 +6,7 @@
 #ifndef PYTHON_RECORDS_H
 #define PYTHON_RECORDS_H
 
-#include "numpy_api.h"
+#include "python_api.h"
 
 #include <totalforce/limits.h>
 #include <totalforce/specialised.h>

@@ -23,7 +23,7 @@ typedef struct reply_object {
     PyObject *answers; /**< of a batch; of one state made when it is asked for */
 } reply_object;
 
-PyArray_Descr *reply_spectrum_type, *reply_rank_type, *reply_answer_type;
+PyObject *reply_spectrum_type, *reply_rank_type, *reply_answer_type;
 
 static void drop_arrays(reply_object *r)
 {
@@ -35,7 +35,7 @@ static void drop_arrays(reply_object *r)
 static void reply_dealloc(PyObject *self)
 {
     drop_arrays((reply_object *)self);
-    PyObject_Free(self);
+    object_free(self);
 }
 
 PyObject *call_reply(request_call *call, const tfa_exchange *exchange)
@@ -43,10 +43,10 @@ PyObject *call_reply(request_call *call, const tfa_exchange *exchange)
     reply_object *r = (reply_object *)call->reused;
     PyObject *old[OUTPUT_COUNT + 1] = {NULL};
     if (r) {
-        Py_INCREF(r);
+        Py_INCREF((PyObject *)r);
         memcpy(old, r->outputs, sizeof r->outputs);
         old[OUTPUT_COUNT] = r->answers;
-    } else if (!(r = PyObject_New(reply_object, &reply_type))) {
+    } else if (!(r = PyObject_New(reply_object, reply_type))) {
         return NULL;
     }
     r->op = call->request.op;
@@ -67,7 +67,7 @@ PyObject *call_reply(request_call *call, const tfa_exchange *exchange)
 
 int reply_check(PyObject *object)
 {
-    return Py_IS_TYPE(object, &reply_type);
+    return Py_IS_TYPE(object, reply_type);
 }
 
 PyObject *reply_output(PyObject *reply, int k)
@@ -188,7 +188,7 @@ static PyObject *texts(PyObject *self, const char *(*text)(const tfa_answer *))
     for (npy_intp k = 0; list && k < count; k++) {
         PyObject *entry = PyUnicode_FromString(text(&answers[k]));
         if (entry)
-            PyList_SET_ITEM(list, k, entry);
+            PyList_SetItem(list, k, entry);
         else
             Py_CLEAR(list);
     }
@@ -270,7 +270,7 @@ static PyObject *reply_keys(PyObject *self, PyObject *unused)
 /* The answer of a name as answer_of; sets no exception for a name that is none */
 static PyObject *find_answer(PyObject *self, PyObject *name)
 {
-    const char *key = PyUnicode_Check(name) ? PyUnicode_AsUTF8(name) : NULL;
+    const char *key = PyUnicode_Check(name) ? PyUnicode_AsUTF8AndSize(name, NULL) : NULL;
     const int k = key ? output_find(key) : -1;
     if (k < 0)
         PyErr_Clear();
@@ -299,7 +299,7 @@ static int reply_contains(PyObject *self, PyObject *name)
 static Py_ssize_t reply_length(PyObject *self)
 {
     PyObject *keys = reply_keys(self, NULL);
-    const Py_ssize_t length = keys ? PyList_GET_SIZE(keys) : -1;
+    const Py_ssize_t length = keys ? PyList_Size(keys) : -1;
     Py_XDECREF(keys);
     return length;
 }
@@ -371,7 +371,7 @@ static int take_outputs(reply_object *r, PyObject *arrays)
         r->outputs[k] = Py_NewRef(array);
         found++;
     }
-    return found == PyDict_GET_SIZE(arrays);
+    return found == PyDict_Size(arrays);
 }
 
 /* 1: each state of a batch has its answer, as the attributes read them */
@@ -381,7 +381,7 @@ static int are_answers(PyObject *answers, int is_batch)
     if (answers == Py_None)
         return !is_batch;
     return PyArray_Check(answers) && PyArray_NDIM(array) == is_batch && PyArray_ISCARRAY(array) &&
-           PyArray_EquivTypes(PyArray_DESCR(array), reply_answer_type);
+           PyArray_EquivTypes(PyArray_DESCR(array), (PyArray_Descr *)reply_answer_type);
 }
 
 PyObject *reply_restore(PyObject *module, PyObject *args)
@@ -395,7 +395,7 @@ PyObject *reply_restore(PyObject *module, PyObject *args)
     if (!PyArg_ParseTuple(args, "iiIKy*y*OO!:_restore_reply", &op, &is_batch, &base, &model,
                           &answer, &exchange, &answers, &PyDict_Type, &arrays))
         return NULL;
-    reply_object *r = PyObject_New(reply_object, &reply_type);
+    reply_object *r = PyObject_New(reply_object, reply_type);
     if (r)
         memset((char *)r + sizeof(PyObject), 0, sizeof *r - sizeof(PyObject));
     if (r && answer.len == (Py_ssize_t)sizeof r->answer &&
@@ -454,31 +454,30 @@ static PyMethodDef methods[] = {
     {"__reduce__", reply_reduce, METH_NOARGS, NULL},
     {0}};
 
-static PyMappingMethods mapping = {.mp_length = reply_length, .mp_subscript = reply_item};
-static PySequenceMethods sequence = {.sq_contains = reply_contains};
+PyTypeObject *reply_type;
 
-PyTypeObject reply_type = {
-    PyVarObject_HEAD_INIT(NULL, 0).tp_name = "totalforce.Reply",
-    .tp_doc = "Answers of one request.\n\n"
-              "Every answer is an attribute and an item by its name: reply.qdd, reply['qdd'].\n"
-              "Because `lambda` is a word of Python, its attribute is `lambda_`. dict(reply) has\n"
-              "all arrays. An answer that the request did not ask for is an AttributeError.\n"
-              "A batch has an axis of states first. n is the number of freedoms, those of a\n"
-              "floating base (6) first; n_v those of the joints alone; rows are 6 or 3 for each\n"
-              "tip. Matrices are row major.",
-    .tp_basicsize = sizeof(reply_object),
-    .tp_dealloc = reply_dealloc,
-    .tp_repr = reply_repr,
-    .tp_iter = reply_iter,
-    .tp_as_mapping = &mapping,
-    .tp_as_sequence = &sequence,
-    .tp_flags = Py_TPFLAGS_DEFAULT | Py_TPFLAGS_DISALLOW_INSTANTIATION,
-    .tp_methods = methods,
-    .tp_getset = attributes,
+static const type_members reply_members = {
+    .name = "totalforce.Reply",
+    .doc = "Answers of one request.\n\n"
+           "Every answer is an attribute and an item by its name: reply.qdd, reply['qdd'].\n"
+           "Because `lambda` is a word of Python, its attribute is `lambda_`. dict(reply) has\n"
+           "all arrays. An answer that the request did not ask for is an AttributeError.\n"
+           "A batch has an axis of states first. n is the number of freedoms, those of a\n"
+           "floating base (6) first; n_v those of the joints alone; rows are 6 or 3 for each\n"
+           "tip. Matrices are row major.",
+    .size = sizeof(reply_object),
+    .dealloc = reply_dealloc,
+    .repr = reply_repr,
+    .iter = reply_iter,
+    .length = reply_length,
+    .item = reply_item,
+    .contains = reply_contains,
+    .methods = methods,
+    .attributes = attributes,
 };
 
 /* dtype of a struct of the library: names, formats, offsets */
-static PyArray_Descr *struct_type(const char *format, size_t size, ...)
+static PyObject *struct_type(const char *format, size_t size, ...)
 {
     va_list list;
     va_start(list, size);
@@ -490,7 +489,7 @@ static PyArray_Descr *struct_type(const char *format, size_t size, ...)
         PyArray_DescrConverter(spec, &type);
     Py_XDECREF(number);
     Py_XDECREF(spec);
-    return type;
+    return (PyObject *)type;
 }
 
 static char *output_doc(const output_row *output)
@@ -515,7 +514,7 @@ static PyGetSetDef base_attribute(const output_row *output)
                          (void *)(uintptr_t)output};
 }
 
-int reply_init(void)
+int reply_init(PyObject *module)
 {
     int at = 0;
     while (attributes[at].name)
@@ -545,5 +544,5 @@ int reply_init(void)
                     (int)offsetof(tfa_answer, error_estimate));
     if (!reply_spectrum_type || !reply_rank_type || !reply_answer_type)
         return -1;
-    return PyType_Ready(&reply_type);
+    return add_type(module, &reply_members, &reply_type);
 }

@@ -6,15 +6,15 @@
 #ifndef PYTHON_REPLY_H
 #define PYTHON_REPLY_H
 
-#include "numpy_api.h"
+#include "python_api.h"
 
-extern PyTypeObject reply_type;
+extern PyTypeObject *reply_type;
 
 /** dtypes of tfa_spectrum, tfa_rank and tfa_answer */
-extern PyArray_Descr *reply_spectrum_type, *reply_rank_type, *reply_answer_type;
+extern PyObject *reply_spectrum_type, *reply_rank_type, *reply_answer_type;
 
 /** Prepares type and dtypes. @return 0; -1 with an exception */
-int reply_init(void);
+int reply_init(PyObject *module);
 
 int reply_check(PyObject *object);
 

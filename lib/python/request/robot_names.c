@@ -18,8 +18,8 @@ static const char *set_name(PyObject *list, uint32_t k, const char *name)
     if (!text)
         return NULL;
     PyUnicode_InternInPlace(&text);
-    PyTuple_SET_ITEM(list, k, text);
-    return PyUnicode_AsUTF8(text);
+    PyTuple_SetItem(list, k, text);
+    return PyUnicode_AsUTF8AndSize(text, NULL);
 }
 
 static int set_names(robot_names *robot)
@@ -85,7 +85,7 @@ void robot_clear(robot_names *robot)
 static int unknown(const char *field, PyObject *value, char *name, size_t size)
 {
     PyObject *text = PyObject_Str(value);
-    const char *utf8 = text ? PyUnicode_AsUTF8(text) : NULL;
+    const char *utf8 = text ? PyUnicode_AsUTF8AndSize(text, NULL) : NULL;
     snprintf(name, size, "%.200s", utf8 ? utf8 : "?");
     Py_XDECREF(text);
     return utf8 ? 0 : raise_type(field, "%s: a name that cannot be encoded", field);
@@ -114,7 +114,7 @@ static int find(const tfa_names *names, const named *kind, const char *field, Py
         PyErr_Clear();
     } else if (!PyIndex_Check(value) || PyBool_Check(value)) {
         return raise_type(field, "%s: %.100s, must be the name or the index of a %s", field,
-                          Py_TYPE(value)->tp_name, noun);
+                          type_name(value), noun);
     } else {
         k = PyNumber_AsSsize_t(value, NULL);
     }

@@ -6,7 +6,7 @@
 #ifndef PYTHON_ROBOT_NAMES_H
 #define PYTHON_ROBOT_NAMES_H
 
-#include "numpy_api.h"
+#include "python_api.h"
 
 #include <totalforce/text.h>
 

@@ -17,7 +17,7 @@ def explain(error: BaseException) -> str:
     names = ["_totalforce" + end for end in importlib.machinery.EXTENSION_SUFFIXES]
     library = re.match(r"(\S+): cannot open shared object file", str(error))
     try:
-        import numpy
+        import numpy  # noqa: F401
     except ImportError as missing:
         return f"totalforce needs NumPy 1.22 or later ({missing}): pip install numpy"
     if library:
@@ -30,10 +30,5 @@ def explain(error: BaseException) -> str:
         return (
             f"{folder} has no module for this interpreter, {sys.implementation.cache_tag} "
             f"({sys.executable}); but: {have}. Use that interpreter, or build: {BUILD}"
-        )
-    if re.search(r"numpy|multiarray|ABI", str(error)):
-        return (
-            f"totalforce was built with another NumPy than this {numpy.__version__} ({error}). "
-            f"One built with NumPy 1 needs it: pip install 'numpy<2'; or build again: {BUILD}"
         )
     return f"totalforce cannot be imported from {folder}: {error}"

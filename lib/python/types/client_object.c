@@ -48,7 +48,7 @@ static void client_dealloc(PyObject *self)
     client_object *c = (client_object *)self;
     client_release(c);
     Py_XDECREF(c->texts);
-    Py_TYPE(self)->tp_free(self);
+    object_free(self);
 }
 
 /* Reads the connected robot. @return 0; -1 with an exception */
@@ -88,7 +88,7 @@ static int keep(client_object *c, PyObject *value, const char **text)
         return 0;
     if (!PyUnicode_FSConverter(value, &bytes))
         return -1;
-    *text = PyBytes_AS_STRING(bytes);
+    *text = PyBytes_AsString(bytes);
     const int bad = PyList_Append(c->texts, bytes) < 0;
     Py_DECREF(bytes);
     return bad ? -1 : 0;
@@ -114,7 +114,7 @@ static PyObject *client_new(PyTypeObject *type, PyObject *args, PyObject *kwargs
     static char *names[] = {"robot",           "runtime_dir", "slots",   "max_batch",
                             "max_tips",        "wait",        "spin_ns", "deadline",
                             "connect_timeout", "standby_dir", NULL};
-    client_object *c = (client_object *)type->tp_alloc(type, 0);
+    client_object *c = (client_object *)PyType_GenericAlloc(type, 0);
     PyObject *robot = NULL, *directory = NULL, *wait = NULL, *standby = NULL;
     double deadline = 0, timeout = 1;
     unsigned k = 0;
@@ -191,13 +191,14 @@ static PyObject *client_set_fallback(PyObject *self, PyObject *args, PyObject *k
                                      convert_u32, &fallback.retry_ms, convert_u32,
                                      &fallback.attempt_us))
         return NULL;
-    if (value != Py_None && !Py_IS_TYPE(value, &model_type)) {
-        raise_type("model", "model: %.100s, must be a Model or None", Py_TYPE(value)->tp_name);
+    if (value != Py_None && !Py_IS_TYPE(value, model_type)) {
+        raise_type("model", "model: %.100s, must be a Model or None", type_name(value));
         return NULL;
     }
     /* a workspace that no other code can use */
-    PyObject *made = value == Py_None ? Py_NewRef(Py_None)
-                                      : PyObject_CallOneArg((PyObject *)&workspace_type, value);
+    PyObject *made = value == Py_None
+                         ? Py_NewRef(Py_None)
+                         : PyObject_CallFunctionObjArgs((PyObject *)workspace_type, value, NULL);
     if (!made || solver_enter(&c->head)) {
         Py_XDECREF(made);
         return NULL;
@@ -215,7 +216,8 @@ static PyObject *client_set_fallback(PyObject *self, PyObject *args, PyObject *k
                                            : tfa_status_text(status));
         return NULL;
     }
-    Py_XSETREF(c->fallback, made);
+    Py_XDECREF(c->fallback);
+    c->fallback = made;
     Py_RETURN_NONE;
 }
 
@@ -242,9 +244,11 @@ static PyMethodDef own_methods[] = {
     {0}};
 static PyMethodDef all_methods[SOLVER_METHOD_COUNT + 8];
 
-PyTypeObject client_type = {
-    PyVarObject_HEAD_INIT(NULL, 0).tp_name = "totalforce.Client",
-    .tp_doc =
+PyTypeObject *client_type;
+
+static const type_members client_members = {
+    .name = "totalforce.Client",
+    .doc =
         "Client(robot, *, runtime_dir=None, slots=0, max_batch=0, max_tips=0, wait=None, "
         "spin_ns=0, deadline=0.0, connect_timeout=1.0, standby_dir=None)\n--\n\n"
         "Connection to one robot of a running totalforced, over shared memory.\n\n"
@@ -268,16 +272,15 @@ PyTypeObject client_type = {
         "        limit of connecting, s\n"
         "standby_dir : path\n"
         "        runtime_dir of another daemon with the same robot; None: none\n",
-    .tp_basicsize = sizeof(client_object),
-    .tp_dealloc = client_dealloc,
-    .tp_flags = Py_TPFLAGS_DEFAULT,
-    .tp_methods = all_methods,
-    .tp_getset = client_attributes,
-    .tp_new = client_new,
+    .size = sizeof(client_object),
+    .dealloc = client_dealloc,
+    .methods = all_methods,
+    .attributes = client_attributes,
+    .make = client_new,
 };
 
 int client_init(PyObject *module)
 {
     solver_join_methods(client_methods, own_methods, all_methods);
-    return add_type(module, &client_type);
+    return add_type(module, &client_members, &client_type);
 }

@@ -180,21 +180,21 @@ static PyObject *random_configuration(PyObject *self, PyObject *args, PyObject *
 
 PyObject *limits_of_joints(PyObject *source, PyObject *names)
 {
-    const size_t count = (size_t)PyTuple_GET_SIZE(names);
+    const size_t count = (size_t)PyTuple_Size(names);
     const char **list = PyMem_Calloc(count + 1, sizeof *list);
     tfa_joint_limits *limits = PyMem_Calloc(count + 1, sizeof *limits);
     PyObject *made = list && limits ? PyDict_New() : PyErr_NoMemory();
     for (size_t k = 0; made && k < count; k++) {
-        PyObject *name = PyTuple_GET_ITEM(names, (Py_ssize_t)k);
-        list[k] = PyUnicode_Check(name) ? PyUnicode_AsUTF8(name) : NULL;
+        PyObject *name = PyTuple_GetItem(names, (Py_ssize_t)k);
+        list[k] = PyUnicode_Check(name) ? PyUnicode_AsUTF8AndSize(name, NULL) : NULL;
         if (list[k])
             continue;
         if (!PyErr_Occurred())
-            raise_type("names", "names: %.100s, must be a str", Py_TYPE(name)->tp_name);
+            raise_type("names", "names: %.100s, must be a str", type_name(name));
         Py_CLEAR(made);
     }
-    const int status = made ? tfa_urdf_limits(PyBytes_AS_STRING(source),
-                                              (size_t)PyBytes_GET_SIZE(source), list, count, limits)
+    const int status = made ? tfa_urdf_limits(PyBytes_AsString(source),
+                                              (size_t)PyBytes_Size(source), list, count, limits)
                             : TFA_OK;
     if (status != TFA_OK) {
         raise_status(status, NULL, "limits: %s: %s", tfa_status_text(status),
@@ -203,7 +203,7 @@ PyObject *limits_of_joints(PyObject *source, PyObject *names)
     }
     for (size_t k = 0; made && k < count; k++) {
         PyObject *limit = record_limits(&limits[k]);
-        if (!limit || PyDict_SetItem(made, PyTuple_GET_ITEM(names, (Py_ssize_t)k), limit) < 0)
+        if (!limit || PyDict_SetItem(made, PyTuple_GetItem(names, (Py_ssize_t)k), limit) < 0)
             Py_CLEAR(made);
         Py_XDECREF(limit);
     }

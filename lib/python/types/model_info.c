@@ -105,7 +105,7 @@ static PyObject *tuple_of(const tfa_model *model, uint32_t count,
     for (uint32_t k = 0; tuple && k < count; k++) {
         PyObject *entry = at(model, k);
         if (entry)
-            PyTuple_SET_ITEM(tuple, k, entry);
+            PyTuple_SetItem(tuple, k, entry);
         else
             Py_CLEAR(tuple);
     }
@@ -154,10 +154,10 @@ static PyObject *get_texts(PyObject *self, void *severity)
 {
     const model_object *m = (const model_object *)self;
     PyObject *list = PyList_New(0);
-    for (Py_ssize_t k = 0; list && k < PyTuple_GET_SIZE(m->texts); k++) {
-        PyObject *word = PyStructSequence_GetItem(PyTuple_GET_ITEM(m->messages, k), 0);
+    for (Py_ssize_t k = 0; list && k < PyTuple_Size(m->texts); k++) {
+        PyObject *word = PyStructSequence_GetItem(PyTuple_GetItem(m->messages, k), 0);
         if (PyUnicode_CompareWithASCIIString(word, severity) == 0 &&
-            PyList_Append(list, PyTuple_GET_ITEM(m->texts, k)) < 0)
+            PyList_Append(list, PyTuple_GetItem(m->texts, k)) < 0)
             Py_CLEAR(list);
     }
     return list;
@@ -243,7 +243,7 @@ static PyObject *make_advice(const robot_names *robot, const tfa_advice *advice)
     PyObject *joints = PyList_New(0), *q = array_of(advice->q, robot->names.q_count);
     PyObject *errors = array_of(advice->single_error, robot->names.joint_count), *made = NULL;
     for (uint32_t k = 0; joints && k < advice->count; k++)
-        if (PyList_Append(joints, PyTuple_GET_ITEM(robot->joints, advice->joints[k])) < 0)
+        if (PyList_Append(joints, PyTuple_GetItem(robot->joints, advice->joints[k])) < 0)
             Py_CLEAR(joints);
     if (joints && q && errors)
         made = record_advice(joints, advice->freedoms, q, errors, advice->error, advice->state);

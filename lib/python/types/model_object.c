@@ -41,7 +41,7 @@ static void model_dealloc(PyObject *self)
     Py_XDECREF(m->source);
     Py_XDECREF(m->file);
     Py_XDECREF(m->options);
-    Py_TYPE(self)->tp_free(self);
+    object_free(self);
 }
 
 /* Messages of a report: records, and "FILE:LINE: severity: text [code]". */
@@ -56,9 +56,9 @@ static int keep_report(const tfa_report *report, PyObject **messages, PyObject *
         PyObject *message = record_message(report, (size_t)k);
         PyObject *text = PyUnicode_DecodeUTF8(line, (Py_ssize_t)strlen(line), "replace");
         if (message)
-            PyTuple_SET_ITEM(*messages, k, message);
+            PyTuple_SetItem(*messages, k, message);
         if (text)
-            PyTuple_SET_ITEM(*texts, k, text);
+            PyTuple_SetItem(*texts, k, text);
         if (!message || !text)
             return -1;
     }
@@ -69,7 +69,7 @@ static int keep_report(const tfa_report *report, PyObject **messages, PyObject *
 static PyObject *wrap(PyTypeObject *type, tfa_model *model, const tfa_report *report,
                       PyObject *parent)
 {
-    model_object *m = (model_object *)type->tp_alloc(type, 0);
+    model_object *m = (model_object *)PyType_GenericAlloc(type, 0);
     if (!m) {
         tfa_model_free(model);
         return NULL;
@@ -103,7 +103,7 @@ static PyObject *finish(PyTypeObject *type, int status, tfa_model *model, const 
 
 PyObject *raise_load_error(int status, const char *path, tfa_report *report)
 {
-    return finish(&model_type, status, NULL, path, report, NULL);
+    return finish(model_type, status, NULL, path, report, NULL);
 }
 
 static char *keywords[] = {"",
@@ -146,7 +146,7 @@ static int parse_options(PyObject *args, PyObject *kwargs, const char *format, P
  * NULL without an exception where there is none. */
 static PyObject *copy_options(PyObject *kwargs)
 {
-    if (!kwargs || PyDict_GET_SIZE(kwargs) == 0)
+    if (!kwargs || PyDict_Size(kwargs) == 0)
         return PyDict_New();
     PyObject *copy = PyImport_ImportModule("copy");
     PyObject *made = copy ? PyObject_CallMethod(copy, "deepcopy", "O", kwargs) : NULL;
@@ -184,8 +184,8 @@ static PyObject *compile_source(PyTypeObject *type, PyObject *source, const char
     tfa_report report = {.syntax = report_syntax};
     tfa_model *model = NULL;
     tfa_description *description = NULL;
-    const char *text = PyBytes_AS_STRING(source);
-    const size_t length = (size_t)PyBytes_GET_SIZE(source);
+    const char *text = PyBytes_AsString(source);
+    const size_t length = (size_t)PyBytes_Size(source);
     int status;
     Py_BEGIN_ALLOW_THREADS pthread_mutex_lock(&load_lock);
     status = tfa_urdf_parse(text, length, file, &description, &report);
@@ -211,7 +211,7 @@ static PyObject *bytes_of(PyObject *source)
                       : PyObject_CheckBuffer(source) ? PyBytes_FromObject(source)
                                                      : NULL;
     if (!bytes && !PyErr_Occurred())
-        raise_type("text", "text: %.100s, must be URDF as str or bytes", Py_TYPE(source)->tp_name);
+        raise_type("text", "text: %.100s, must be URDF as str or bytes", type_name(source));
     else if (!bytes)
         raise_from_current("text", "must be URDF as str or bytes");
     return bytes;
@@ -220,8 +220,8 @@ static PyObject *bytes_of(PyObject *source)
 /* 1: the text of a URDF where the name of a file may stand: no name starts with '<'. */
 static int is_text(PyObject *source)
 {
-    const char *text = PyUnicode_Check(source) ? PyUnicode_AsUTF8(source)
-                       : PyBytes_Check(source) ? PyBytes_AS_STRING(source)
+    const char *text = PyUnicode_Check(source) ? PyUnicode_AsUTF8AndSize(source, NULL)
+                       : PyBytes_Check(source) ? PyBytes_AsString(source)
                                                : "";
     PyErr_Clear(); /* a name with surrogates */
     if (text && strncmp(text, "\xef\xbb\xbf", 3) == 0)
@@ -241,7 +241,7 @@ PyObject *read_source(PyObject *source, char **file)
         return bytes_of(source);
     if (!PyUnicode_FSConverter(source, &path))
         return NULL;
-    const char *name = PyBytes_AS_STRING(path);
+    const char *name = PyBytes_AsString(path);
     Py_BEGIN_ALLOW_THREADS status = tfa_urdf_read(name, &text, &length, &report);
     Py_END_ALLOW_THREADS if (status == TFA_OK)
     {
@@ -337,13 +337,13 @@ static PyObject *model_restore(PyObject *type, PyObject *args)
     PyObject *text, *origin, *options, *made = NULL, *name = NULL;
     if (!PyArg_ParseTuple(args, "OOO!:_restore", &text, &origin, &PyDict_Type, &options))
         return NULL;
-    if (text == Py_None && PyObject_TypeCheck(origin, &model_type)) {
+    if (text == Py_None && PyObject_TypeCheck(origin, model_type)) {
         PyObject *none = PyTuple_New(0);
         made = none ? model_derive(origin, none, options) : NULL;
         Py_XDECREF(none);
     } else if (origin == Py_None || PyUnicode_FSConverter(origin, &name)) {
         PyObject *one = PyTuple_Pack(1, text);
-        made = one ? parse_model((PyTypeObject *)type, one, name ? PyBytes_AS_STRING(name) : NULL,
+        made = one ? parse_model((PyTypeObject *)type, one, name ? PyBytes_AsString(name) : NULL,
                                  options)
                    : NULL;
         Py_XDECREF(one);
@@ -446,9 +446,14 @@ static PyMethodDef factories[] = {
     {"_restore", model_restore, METH_VARARGS | METH_CLASS, NULL},
     {0}};
 
-PyTypeObject model_type = {
-    PyVarObject_HEAD_INIT(NULL, 0).tp_name = "totalforce.Model",
-    .tp_doc =
+PyTypeObject *model_type;
+
+/* factories, then those of the other files */
+static PyMethodDef all_methods[24];
+
+static const type_members model_members = {
+    .name = "totalforce.Model",
+    .doc =
         "Model(path" OPTIONS_SIGNATURE
         "A robot compiled for computing: constant, shared by all threads.\n\n"
         "Parameters\n----------\n"
@@ -458,27 +463,25 @@ PyTypeObject model_type = {
         "\nRaises\n------\n"
         "LoadError\n"
         "        with the messages of the report: file, line, problem, remedy\n",
-    .tp_basicsize = sizeof(model_object),
-    .tp_dealloc = model_dealloc,
-    .tp_repr = model_repr,
-    .tp_flags = Py_TPFLAGS_DEFAULT,
-    .tp_getset = model_attributes,
-    .tp_new = model_new,
+    .size = sizeof(model_object),
+    .dealloc = model_dealloc,
+    .repr = model_repr,
+    .attributes = model_attributes,
+    .methods = all_methods,
+    .make = model_new,
 };
 
 int model_init(PyObject *module)
 {
-    static PyMethodDef all[24];
     static int registered;
     int count = 0;
     if (!registered && pthread_atfork(NULL, NULL, unlock_in_child) == 0)
         registered = 1;
     for (const PyMethodDef *own = factories; own->ml_name; own++)
-        all[count++] = *own;
+        all_methods[count++] = *own;
     for (const PyMethodDef *own = model_methods; own->ml_name; own++)
-        all[count++] = *own;
+        all_methods[count++] = *own;
     for (const PyMethodDef *own = configuration_methods; own->ml_name; own++)
-        all[count++] = *own;
-    model_type.tp_methods = all;
-    return add_type(module, &model_type);
+        all_methods[count++] = *own;
+    return add_type(module, &model_members, &model_type);
 }

@@ -10,10 +10,10 @@
 /* UTF-8 of a name, which `keep` keeps alive; NULL with an exception */
 static const char *name_of(const char *field, PyObject *value, PyObject *keep)
 {
-    const char *text = PyUnicode_Check(value) ? PyUnicode_AsUTF8(value) : NULL;
+    const char *text = PyUnicode_Check(value) ? PyUnicode_AsUTF8AndSize(value, NULL) : NULL;
     if (!text) {
         if (!PyErr_Occurred())
-            raise_type(field, "%s: %.100s, must be a name", field, Py_TYPE(value)->tp_name);
+            raise_type(field, "%s: %.100s, must be a name", field, type_name(value));
         return NULL;
     }
     return PyList_Append(keep, value) < 0 ? NULL : text;
@@ -24,14 +24,14 @@ int read_payloads(PyObject *value, PyObject *keep, tfa_payload **payloads, size_
     PyObject *list = PyDict_Check(value) ? PyTuple_Pack(1, value) : PySequence_Tuple(value);
     if (!list)
         return raise_from_current("payload", "must be a dict, or a list of dicts");
-    *count = (size_t)PyTuple_GET_SIZE(list);
+    *count = (size_t)PyTuple_Size(list);
     *payloads = PyMem_Calloc(*count + 1, sizeof **payloads);
     int bad = *payloads ? 0 : (PyErr_NoMemory(), -1);
     for (size_t k = 0; !bad && k < *count; k++) {
         double numbers[TFA_PAYLOAD_NUMBERS];
         PyObject *link;
         tfa_payload *payload = &(*payloads)[k];
-        bad = read_load("payload", PyTuple_GET_ITEM(list, (Py_ssize_t)k), &link, numbers) ||
+        bad = read_load("payload", PyTuple_GetItem(list, (Py_ssize_t)k), &link, numbers) ||
               !(payload->link = name_of("payload", link, keep));
         if (bad)
             break;
@@ -51,15 +51,15 @@ static int read_locks(model_options *o)
     Py_XDECREF(items);
     if (!list)
         return raise_from_current("locked", "must be {joint: position} or a list of joints");
-    const Py_ssize_t count = PyTuple_GET_SIZE(list);
+    const Py_ssize_t count = PyTuple_Size(list);
     o->locks = PyMem_Calloc((size_t)count + 1, sizeof *o->locks);
     int bad = o->locks ? 0 : (PyErr_NoMemory(), -1);
     for (Py_ssize_t k = 0; !bad && k < count; k++) {
-        PyObject *entry = PyTuple_GET_ITEM(list, k);
-        const int is_pair = PyTuple_Check(entry) && PyTuple_GET_SIZE(entry) == 2;
-        PyObject *value = is_pair ? PyTuple_GET_ITEM(entry, 1) : NULL;
+        PyObject *entry = PyTuple_GetItem(list, k);
+        const int is_pair = PyTuple_Check(entry) && PyTuple_Size(entry) == 2;
+        PyObject *value = is_pair ? PyTuple_GetItem(entry, 1) : NULL;
         o->locks[k].joint =
-            name_of("locked", is_pair ? PyTuple_GET_ITEM(entry, 0) : entry, o->names);
+            name_of("locked", is_pair ? PyTuple_GetItem(entry, 0) : entry, o->names);
         bad = !o->locks[k].joint;
         if (!bad && value) {
             const Py_ssize_t size = PySequence_Check(value) ? PySequence_Size(value) : 1;
@@ -81,8 +81,8 @@ static int read_rotors(model_options *o)
     Py_ssize_t at = 0;
     if (!PyDict_Check(o->rotors))
         return raise_type("rotors", "rotors: %.100s, must be {joint: inertia}",
-                          Py_TYPE(o->rotors)->tp_name);
-    o->rotor_list = PyMem_Calloc((size_t)PyDict_GET_SIZE(o->rotors) + 1, sizeof *o->rotor_list);
+                          type_name(o->rotors));
+    o->rotor_list = PyMem_Calloc((size_t)PyDict_Size(o->rotors) + 1, sizeof *o->rotor_list);
     if (!o->rotor_list)
         return PyErr_NoMemory(), -1;
     o->scene.rotors = o->rotor_list;
@@ -102,11 +102,11 @@ static int read_names(model_options *o, const char *field, const char *what, PyO
     PyObject *list = PyUnicode_Check(value) ? PyTuple_Pack(1, value) : PySequence_Tuple(value);
     if (!list)
         return raise_from_current(field, what);
-    *count = (size_t)PyTuple_GET_SIZE(list);
+    *count = (size_t)PyTuple_Size(list);
     *names = PyMem_Calloc(*count + 1, sizeof **names);
     int bad = *names ? 0 : (PyErr_NoMemory(), -1);
     for (size_t k = 0; !bad && k < *count; k++)
-        bad = !((*names)[k] = name_of(field, PyTuple_GET_ITEM(list, (Py_ssize_t)k), o->names));
+        bad = !((*names)[k] = name_of(field, PyTuple_GetItem(list, (Py_ssize_t)k), o->names));
     Py_DECREF(list);
     return bad ? -1 : 0;
 }
@@ -118,7 +118,7 @@ static int set_member(const char *field, PyObject *values, size_t member,
     PyObject *joint, *value;
     Py_ssize_t at = 0;
     while (PyDict_Next(values, &at, &joint, &value)) {
-        const char *name = PyUnicode_Check(joint) ? PyUnicode_AsUTF8(joint) : NULL;
+        const char *name = PyUnicode_Check(joint) ? PyUnicode_AsUTF8AndSize(joint, NULL) : NULL;
         size_t k = 0;
         while (name && k < description->joint_count &&
                strcmp(description->joints[k].name, name) != 0)
@@ -181,14 +181,14 @@ static int read_side_files(const char *field, PyObject *value,
                                                                  : PyTuple_Pack(1, value);
     *texts = PyList_New(0);
     int bad = list && *texts ? 0 : -1;
-    for (Py_ssize_t k = 0; !bad && k < PyTuple_GET_SIZE(list); k++) {
-        PyObject *entry = PyTuple_GET_ITEM(list, k);
+    for (Py_ssize_t k = 0; !bad && k < PyTuple_Size(list); k++) {
+        PyObject *entry = PyTuple_GetItem(list, k);
         tfa_report report = {0};
         char *file = NULL;
         PyObject *text = PyBytes_Check(entry) ? Py_NewRef(entry) : read_source(entry, &file);
-        const int status = !text ? TFA_E_ARGUMENT
-                                 : parse(PyBytes_AS_STRING(text), (size_t)PyBytes_GET_SIZE(text),
-                                         file, out, &report);
+        const int status =
+            !text ? TFA_E_ARGUMENT
+                  : parse(PyBytes_AsString(text), (size_t)PyBytes_Size(text), file, out, &report);
         bad = status != TFA_OK || PyList_Append(*texts, text) < 0 ? -1 : 0;
         if (text && status != TFA_OK)
             raise_load_error(status, file, &report);
@@ -232,7 +232,7 @@ static int read_held_frames(model_options *o)
     PyObject *list = PyDict_Check(value)                           ? PyTuple_Pack(1, value)
                      : PyList_Check(value) || PyTuple_Check(value) ? PySequence_Tuple(value)
                                                                    : PyTuple_New(0);
-    const int are_dicts = list && PyTuple_GET_SIZE(list) && PyDict_Check(PyTuple_GET_ITEM(list, 0));
+    const int are_dicts = list && PyTuple_Size(list) && PyDict_Check(PyTuple_GetItem(list, 0));
     int bad = list && (!are_dicts || (text = text_of_dicts(list))) ? 0 : -1;
     if (!bad)
         bad = read_side_files("constraints", text ? text : value, parse_constraints,
@@ -314,7 +314,7 @@ int model_options_read(model_options *o)
     o->c.inertia = (tfa_inertia_policy)inertia;
     if (is_given(o->armature) && !PyDict_Check(o->armature))
         return raise_type("armature", "armature: %.100s, must be {joint: inertia}",
-                          Py_TYPE(o->armature)->tp_name);
+                          type_name(o->armature));
     if (is_given(o->gravity)) {
         if (read_numbers("gravity", o->gravity, 3, o->gravity_numbers))
             return -1;

@@ -3,7 +3,6 @@
  *
  * Module totalforce._totalforce: types, functions, constants.
  */
-#define IMPORTS_NUMPY_API
 #include "objects.h"
 #include "python/request/errors.h"
 #include "python/request/records.h"
@@ -11,13 +10,6 @@
 
 #include <totalforce/client.h>
 #include <totalforce/version.h>
-
-int add_type(PyObject *module, PyTypeObject *type)
-{
-    return PyType_Ready(type) < 0
-               ? -1
-               : PyModule_AddObjectRef(module, strrchr(type->tp_name, '.') + 1, (PyObject *)type);
-}
 
 static PyObject *list_methods(PyObject *module, PyObject *unused)
 {
@@ -56,7 +48,7 @@ static PyObject *daemon_command(PyObject *module, PyObject *args, PyObject *kwar
     if (!(timeout > 0 && timeout < 2e6)) {
         raise_status(TFA_E_ARGUMENT, "timeout", "timeout: %g, must be above 0 s", timeout);
     } else if (text) {
-        const char *directory = path ? PyBytes_AS_STRING(path) : NULL;
+        const char *directory = path ? PyBytes_AsString(path) : NULL;
         int status;
         Py_BEGIN_ALLOW_THREADS status =
             tfa_daemon_command(directory, command, (int32_t)(timeout * 1e3) + 1, text, ANSWER);
@@ -138,7 +130,7 @@ static int add_constants(PyObject *module)
         PyObject *name = PyUnicode_FromString(op_name(op_rows[k].op));
         if (!name)
             return -1;
-        PyTuple_SET_ITEM(ops, k, name);
+        PyTuple_SetItem(ops, k, name);
     }
     if (!ops || PyModule_AddObject(module, "OPS", ops) < 0)
         return -1;
@@ -149,17 +141,12 @@ __attribute__((visibility("default"))) PyMODINIT_FUNC PyInit__totalforce(void);
 
 PyMODINIT_FUNC PyInit__totalforce(void)
 {
-    import_array();
     PyObject *module = PyModule_Create(&definition);
-    if (!module)
-        return NULL;
-    if (fields_init() || solver_init() || reply_init() || records_init(module) ||
-        PyModule_AddObjectRef(module, "Reply", (PyObject *)&reply_type) < 0 || model_init(module) ||
-        specialised_init(module) || workspace_init(module) || pool_init(module) ||
-        client_init(module) || sweep_init(module) || snapshots_init(module) ||
-        observer_init(module) || add_constants(module)) {
-        Py_DECREF(module);
-        return NULL;
-    }
+    if (module &&
+        (import_numpy() || fields_init() || solver_init() || reply_init(module) ||
+         records_init(module) || model_init(module) || specialised_init(module) ||
+         workspace_init(module) || pool_init(module) || client_init(module) || sweep_init(module) ||
+         snapshots_init(module) || observer_init(module) || add_constants(module)))
+        Py_CLEAR(module);
     return module;
 }

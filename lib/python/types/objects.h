@@ -38,8 +38,8 @@ typedef struct specialised_object {
     PyObject *model;
 } specialised_object;
 
-extern PyTypeObject model_type, workspace_type, pool_type, thread_pool_type, client_type,
-    specialised_type, sweep_type;
+extern PyTypeObject *model_type, *workspace_type, *pool_type, *thread_pool_type, *client_type,
+    *specialised_type, *sweep_type;
 
 /* Each prepares its type and adds it to the module. @return 0; -1 with an exception */
 int model_init(PyObject *module);
@@ -127,8 +127,5 @@ PyObject *make_mechanism(PyObject *module, PyObject *args, PyObject *kwargs);
 PyObject *suggest(PyObject *module, PyObject *args);
 /** _race(first, second, seconds, clock): times of two contestants in turns (race.c) */
 PyObject *race(PyObject *module, PyObject *args, PyObject *kwargs);
-
-/** Adds a type under its name. @return 0; -1 with an exception */
-int add_type(PyObject *module, PyTypeObject *type);
 
 #endif

@@ -16,7 +16,7 @@ typedef struct observer_object {
 static void observer_dealloc(PyObject *self)
 {
     tfa_observer_free(((observer_object *)self)->observer);
-    Py_TYPE(self)->tp_free(self);
+    object_free(self);
 }
 
 static PyObject *observer_new(PyTypeObject *type, PyObject *args, PyObject *kwargs)
@@ -27,7 +27,7 @@ static PyObject *observer_new(PyTypeObject *type, PyObject *args, PyObject *kwar
     if (!PyArg_ParseTupleAndKeywords(args, kwargs, "IIdd:_Observer", names, &base, &v_count,
                                      &options.gain, &options.max_gap))
         return NULL;
-    observer_object *o = (observer_object *)type->tp_alloc(type, 0);
+    observer_object *o = (observer_object *)PyType_GenericAlloc(type, 0);
     const int status = o ? tfa_observer_create(base, v_count, &options, &o->observer) : TFA_OK;
     if (status == TFA_E_VALUE)
         raise_status(status, "gain", "gain: %g, max_gap: %g: must be finite, gain above 0",
@@ -122,17 +122,18 @@ static PyMethodDef methods[] = {
     {0}};
 static PyGetSetDef attributes[] = {{"torques", get_torques, NULL, NULL, NULL}, {0}};
 
-static PyTypeObject observer_type = {
-    PyVarObject_HEAD_INIT(NULL, 0).tp_name = "totalforce._totalforce._Observer",
-    .tp_doc = "_Observer(base_freedoms, v_count, gain, max_gap)\n--\n\n",
-    .tp_basicsize = sizeof(observer_object),
-    .tp_flags = Py_TPFLAGS_DEFAULT,
-    .tp_new = observer_new,
-    .tp_dealloc = observer_dealloc,
-    .tp_methods = methods,
-    .tp_getset = attributes};
+static PyTypeObject *observer_type;
+
+static const type_members observer_members = {
+    .name = "totalforce._totalforce._Observer",
+    .doc = "_Observer(base_freedoms, v_count, gain, max_gap)\n--\n\n",
+    .size = sizeof(observer_object),
+    .make = observer_new,
+    .dealloc = observer_dealloc,
+    .methods = methods,
+    .attributes = attributes};
 
 int observer_init(PyObject *module)
 {
-    return add_type(module, &observer_type);
+    return add_type(module, &observer_members, &observer_type);
 }

@@ -45,14 +45,14 @@ static int read_cpus(PyObject *value, uint32_t threads, int **cpus)
     PyObject *list = PySequence_Tuple(value);
     if (!list)
         return raise_from_current("cpus", "must be a list of processors");
-    const Py_ssize_t count = PyTuple_GET_SIZE(list);
+    const Py_ssize_t count = PyTuple_Size(list);
     int bad = 0;
     if (count != (Py_ssize_t)threads)
         bad =
             raise_status(TFA_E_SIZE, "cpus", "cpus: %zd processors for %u threads", count, threads);
     *cpus = bad ? NULL : PyMem_Calloc((size_t)count + 1, sizeof **cpus);
     for (Py_ssize_t k = 0; *cpus && k < count && !PyErr_Occurred(); k++)
-        (*cpus)[k] = (int)PyLong_AsLong(PyTuple_GET_ITEM(list, k));
+        (*cpus)[k] = (int)PyLong_AsLong(PyTuple_GetItem(list, k));
     Py_DECREF(list);
     if (!bad && !*cpus)
         PyErr_NoMemory();
@@ -81,7 +81,7 @@ static void thread_pool_release(thread_pool_object *t)
 static void thread_pool_dealloc(PyObject *self)
 {
     thread_pool_release((thread_pool_object *)self);
-    Py_TYPE(self)->tp_free(self);
+    object_free(self);
 }
 
 static PyObject *thread_pool_new(PyTypeObject *type, PyObject *args, PyObject *kwargs)
@@ -95,7 +95,7 @@ static PyObject *thread_pool_new(PyTypeObject *type, PyObject *args, PyObject *k
                                      &o.priority) ||
         read_cpus(list, o.threads, &cpus))
         return NULL;
-    thread_pool_object *t = (thread_pool_object *)type->tp_alloc(type, 0);
+    thread_pool_object *t = (thread_pool_object *)PyType_GenericAlloc(type, 0);
     if (t) {
         t->head.kind = &thread_pool_kind;
         o.cpus = cpus;
@@ -129,24 +129,25 @@ static PyMethodDef thread_pool_methods[] = {
      "close($self, /)\n--\n\nEnds the threads. Close the pools that share them first."},
     {0}};
 
-PyTypeObject thread_pool_type = {
-    PyVarObject_HEAD_INIT(NULL, 0).tp_name = "totalforce.ThreadPool",
-    .tp_doc = "ThreadPool(threads=0, *, spin_ns=0, cpus=None, priority=0)\n--\n\n"
-              "Threads that pools of several models share.\n\n"
-              "Parameters\n----------\n"
-              "threads : int\n"
-              "        the calling one included; 0: one for each processor\n"
-              "spin_ns : int\n"
-              "        time that an idle thread spins before it sleeps, ns; 0: 50000\n"
-              "cpus : list of int\n"
-              "        a processor for each thread, the caller's first; None: no pinning\n"
-              "priority : int\n"
-              "        SCHED_FIFO priority, 1 to 99; 0: that of the creator\n",
-    .tp_basicsize = sizeof(thread_pool_object),
-    .tp_dealloc = thread_pool_dealloc,
-    .tp_flags = Py_TPFLAGS_DEFAULT,
-    .tp_methods = thread_pool_methods,
-    .tp_new = thread_pool_new,
+PyTypeObject *thread_pool_type;
+
+static const type_members thread_pool_members = {
+    .name = "totalforce.ThreadPool",
+    .doc = "ThreadPool(threads=0, *, spin_ns=0, cpus=None, priority=0)\n--\n\n"
+           "Threads that pools of several models share.\n\n"
+           "Parameters\n----------\n"
+           "threads : int\n"
+           "        the calling one included; 0: one for each processor\n"
+           "spin_ns : int\n"
+           "        time that an idle thread spins before it sleeps, ns; 0: 50000\n"
+           "cpus : list of int\n"
+           "        a processor for each thread, the caller's first; None: no pinning\n"
+           "priority : int\n"
+           "        SCHED_FIFO priority, 1 to 99; 0: that of the creator\n",
+    .size = sizeof(thread_pool_object),
+    .dealloc = thread_pool_dealloc,
+    .methods = thread_pool_methods,
+    .make = thread_pool_new,
 };
 
 /* ---- Pool ---- */
@@ -164,7 +165,7 @@ static void pool_release(pool_object *p)
     }
     if (was.threads)
         was.threads->users--;
-    Py_XDECREF(was.threads);
+    Py_XDECREF((PyObject *)was.threads);
     Py_XDECREF(was.model);
     Py_XDECREF(was.specialised);
 }
@@ -172,7 +173,7 @@ static void pool_release(pool_object *p)
 static void pool_dealloc(PyObject *self)
 {
     pool_release((pool_object *)self);
-    Py_TYPE(self)->tp_free(self);
+    object_free(self);
 }
 
 /* Creates the pool of an object whose references are set. */
@@ -202,7 +203,7 @@ static PyObject *pool_new(PyTypeObject *type, PyObject *args, PyObject *kwargs)
     tfa_batch_pool_options o = {0};
     int *cpus;
     if (!PyArg_ParseTupleAndKeywords(
-            args, kwargs, "O!|O&$O&OOOOO&O&OO:Pool", names, &model_type, &model, convert_u32,
+            args, kwargs, "O!|O&$O&OOOOO&O&OO:Pool", names, model_type, &model, convert_u32,
             &o.threads, convert_u32, &o.spin_ns, &list, &precision, &residual, &methods,
             convert_u32, &o.max_tips, convert_u32, &o.priority, &threads, &specialised) ||
         read_precision(precision, residual, &o.precision, &o.residual) ||
@@ -210,15 +211,14 @@ static PyObject *pool_new(PyTypeObject *type, PyObject *args, PyObject *kwargs)
         return NULL;
     if (threads == Py_None)
         threads = NULL;
-    if (threads && !Py_IS_TYPE(threads, &thread_pool_type)) {
-        raise_type("thread_pool", "thread_pool: %.100s, must be a ThreadPool",
-                   Py_TYPE(threads)->tp_name);
+    if (threads && !Py_IS_TYPE(threads, thread_pool_type)) {
+        raise_type("thread_pool", "thread_pool: %.100s, must be a ThreadPool", type_name(threads));
         return NULL;
     }
     if (read_cpus(list, o.threads, &cpus))
         return NULL;
     o.cpus = cpus;
-    pool_object *p = (pool_object *)type->tp_alloc(type, 0);
+    pool_object *p = (pool_object *)PyType_GenericAlloc(type, 0);
     if (p) {
         p->head.kind = &pool_kind;
         p->model = Py_NewRef(model);
@@ -284,9 +284,11 @@ static PyMethodDef own_methods[] = {
     {0}};
 static PyMethodDef all_methods[SOLVER_METHOD_COUNT + 4];
 
-PyTypeObject pool_type = {
-    PyVarObject_HEAD_INIT(NULL, 0).tp_name = "totalforce.Pool",
-    .tp_doc =
+PyTypeObject *pool_type;
+
+static const type_members pool_members = {
+    .name = "totalforce.Pool",
+    .doc =
         "Pool(model, /, threads=0, *, spin_ns=0, cpus=None, precision=None, residual=None, "
         "methods=None, max_tips=0, priority=0, thread_pool=None, specialised=None)\n--\n\n"
         "Answers requests on several cores: a workspace for each thread.\n\n"
@@ -302,16 +304,17 @@ PyTypeObject pool_type = {
         "        as of Workspace\n"
         "thread_pool : ThreadPool\n"
         "        threads to share; None: its own\n",
-    .tp_basicsize = sizeof(pool_object),
-    .tp_dealloc = pool_dealloc,
-    .tp_flags = Py_TPFLAGS_DEFAULT,
-    .tp_methods = all_methods,
-    .tp_getset = attributes,
-    .tp_new = pool_new,
+    .size = sizeof(pool_object),
+    .dealloc = pool_dealloc,
+    .methods = all_methods,
+    .attributes = attributes,
+    .make = pool_new,
 };
 
 int pool_init(PyObject *module)
 {
     solver_join_methods(solver_methods, own_methods, all_methods);
-    return add_type(module, &thread_pool_type) ? -1 : add_type(module, &pool_type);
+    return add_type(module, &thread_pool_members, &thread_pool_type)
+               ? -1
+               : add_type(module, &pool_members, &pool_type);
 }

@@ -18,7 +18,7 @@ enum { ARGUMENTS_MAX = 64 };
 static PyObject *take_options(PyObject *const *arguments, Py_ssize_t count, PyObject *keywords,
                               tfa_loop_options *o, PyObject **values)
 {
-    const Py_ssize_t named = keywords ? PyTuple_GET_SIZE(keywords) : 0;
+    const Py_ssize_t named = keywords ? PyTuple_Size(keywords) : 0;
     PyObject *rest = PyList_New(0), *tuple = NULL;
     int bad = !rest || count + named > ARGUMENTS_MAX;
     if (rest && bad)
@@ -26,7 +26,7 @@ static PyObject *take_options(PyObject *const *arguments, Py_ssize_t count, PyOb
     for (Py_ssize_t k = 0; !bad && k < count; k++)
         values[k] = arguments[k];
     for (Py_ssize_t k = 0; !bad && k < named; k++) {
-        PyObject *name = PyTuple_GET_ITEM(keywords, k), *value = arguments[count + k];
+        PyObject *name = PyTuple_GetItem(keywords, k), *value = arguments[count + k];
         if (PyUnicode_CompareWithASCIIString(name, "base_is_free") == 0) {
             const int is_free = PyObject_IsTrue(value);
             bad = is_free < 0;
@@ -36,7 +36,7 @@ static PyObject *take_options(PyObject *const *arguments, Py_ssize_t count, PyOb
         } else if (PyUnicode_CompareWithASCIIString(name, "tolerance") == 0) {
             bad = read_numbers("tolerance", value, 1, &o->tolerance);
         } else {
-            values[count + PyList_GET_SIZE(rest)] = value;
+            values[count + PyList_Size(rest)] = value;
             bad = PyList_Append(rest, name);
         }
     }

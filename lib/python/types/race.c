@@ -108,12 +108,13 @@ static int read_request(contestant *c, request_call *call, tfa_op op, PyObject *
     if (!PyDict_Check(fields))
         return raise_type("requests", "requests: must be dicts of arguments");
     PyObject *names = PySequence_Tuple(fields);
-    PyObject *values = PyDict_Values(fields);
-    const int bad =
-        !names || !values ||
-        call_read(call, c->solver->robot, 0, op, ((PyListObject *)values)->ob_item, 0, names);
+    const Py_ssize_t count = names ? PyTuple_Size(names) : 0;
+    PyObject **values = PyMem_New(PyObject *, (size_t)count);
+    for (Py_ssize_t k = 0; values && k < count; k++)
+        values[k] = PyDict_GetItem(fields, PyTuple_GetItem(names, k));
+    const int bad = !names || !values || call_read(call, c->solver->robot, 0, op, values, 0, names);
     Py_XDECREF(names);
-    Py_XDECREF(values);
+    PyMem_Free(values);
     return bad ? -1 : 0;
 }
 
@@ -125,18 +126,18 @@ static int read_solver(contestant *c, PyObject *value)
     if (!PyArg_ParseTuple(value, "OOO!:_race", &solver, &name, &PyList_Type, &list) ||
         read_op(name, &op))
         return -1;
-    if (!PyObject_TypeCheck(solver, &workspace_type) && !PyObject_TypeCheck(solver, &pool_type))
+    if (!PyObject_TypeCheck(solver, workspace_type) && !PyObject_TypeCheck(solver, pool_type))
         return raise_type("solver", "_race: must be a Workspace or a Pool");
-    const Py_ssize_t count = PyList_GET_SIZE(list);
+    const Py_ssize_t count = PyList_Size(list);
     if (count < 1 || solver_enter((solver_object *)solver))
         return count < 1 ? raise_type("requests", "requests: none") : -1;
     c->solver = (solver_object *)Py_NewRef(solver);
     c->requests = PyMem_Calloc((size_t)count, sizeof *c->requests);
     if (!c->requests)
         return PyErr_NoMemory(), -1;
-    for (Py_ssize_t k = 0; k < count && k < PyList_GET_SIZE(list); k++) {
+    for (Py_ssize_t k = 0; k < count && k < PyList_Size(list); k++) {
         c->count++; /* to be cleared in any case */
-        if (read_request(c, &c->requests[k], op, PyList_GET_ITEM(list, k)))
+        if (read_request(c, &c->requests[k], op, PyList_GetItem(list, k)))
             return -1;
     }
     return 0;
@@ -173,8 +174,8 @@ static void clear(contestant *c)
     PyMem_Free(c->found);
     if (c->solver)
         solver_leave(c->solver);
-    Py_XDECREF(c->solver);
-    Py_XDECREF(c->states);
+    Py_XDECREF((PyObject *)c->solver);
+    Py_XDECREF((PyObject *)c->states);
 }
 
 static PyObject *finish(contestant *both, npy_intp samples, double times[2][SAMPLES_MAX])
@@ -208,7 +209,7 @@ PyObject *race(PyObject *module, PyObject *args, PyObject *kwargs)
         (clock && choose("clock", clock, clocks, 2, &wall)))
         return NULL;
     for (int k = 0; k < 2 && !bad; k++)
-        bad = PyTuple_GET_SIZE(values[k]) && PyLong_Check(PyTuple_GET_ITEM(values[k], 0))
+        bad = PyTuple_Size(values[k]) && PyLong_Check(PyTuple_GetItem(values[k], 0))
                   ? read_peer(&both[k], values[k])
                   : read_solver(&both[k], values[k]);
     if (!bad) {

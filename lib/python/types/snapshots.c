@@ -23,13 +23,13 @@ typedef struct histogram_object {
     PyObject_HEAD tfa_histogram h;
 } histogram_object;
 
-static PyTypeObject histogram_type, statistics_type;
+static PyTypeObject *histogram_type, *statistics_type;
 
 /* ---- Histogram ---- */
 
 static histogram_object *copy_histogram(const tfa_histogram *like)
 {
-    histogram_object *made = (histogram_object *)histogram_type.tp_alloc(&histogram_type, 0);
+    histogram_object *made = (histogram_object *)PyType_GenericAlloc(histogram_type, 0);
     uint64_t *buckets = made ? PyMem_Calloc(like->bucket_count, sizeof *buckets) : NULL;
     if (made && !buckets) {
         Py_CLEAR(made);
@@ -70,7 +70,7 @@ static PyObject *histogram_new(PyTypeObject *type, PyObject *args, PyObject *kwa
 static void histogram_dealloc(PyObject *self)
 {
     PyMem_Free(((histogram_object *)self)->h.buckets);
-    Py_TYPE(self)->tp_free(self);
+    object_free(self);
 }
 
 static PyObject *quantile(PyObject *self, PyObject *value)
@@ -84,8 +84,8 @@ static PyObject *quantile(PyObject *self, PyObject *value)
 
 static PyObject *since(PyObject *self, PyObject *value)
 {
-    if (!Py_IS_TYPE(value, &histogram_type)) {
-        raise_type("earlier", "earlier: %.100s, must be a Histogram", Py_TYPE(value)->tp_name);
+    if (!Py_IS_TYPE(value, histogram_type)) {
+        raise_type("earlier", "earlier: %.100s, must be a Histogram", type_name(value));
         return NULL;
     }
     histogram_object *made = copy_histogram(&((histogram_object *)value)->h);
@@ -136,16 +136,17 @@ static PyMethodDef histogram_methods[] = {
      "since($self, earlier, /)\n--\n\nThe values that were added since it was `earlier`."},
     {0}};
 
-static PyTypeObject histogram_type = {
-    PyVarObject_HEAD_INIT(NULL, 0).tp_name = "totalforce.Histogram",
-    .tp_doc = "Histogram(values=())\n--\n\nHistogram of times, ns, as the statistics of a daemon "
-              "have them.",
-    .tp_basicsize = sizeof(histogram_object),
-    .tp_dealloc = histogram_dealloc,
-    .tp_flags = Py_TPFLAGS_DEFAULT,
-    .tp_methods = histogram_methods,
-    .tp_getset = histogram_attributes,
-    .tp_new = histogram_new,
+static PyTypeObject *histogram_type;
+
+static const type_members histogram_members = {
+    .name = "totalforce.Histogram",
+    .doc = "Histogram(values=())\n--\n\nHistogram of times, ns, as the statistics of a daemon "
+           "have them.",
+    .size = sizeof(histogram_object),
+    .dealloc = histogram_dealloc,
+    .methods = histogram_methods,
+    .attributes = histogram_attributes,
+    .make = histogram_new,
 };
 
 /* ---- dicts ---- */
@@ -237,7 +238,7 @@ static PyObject *list_of(const void *from, size_t size, uint32_t count,
     for (uint32_t i = 0; list && i < count; i++) {
         PyObject *made = entry((const char *)from + i * size);
         if (made)
-            PyList_SET_ITEM(list, i, made);
+            PyList_SetItem(list, i, made);
         else
             Py_CLEAR(list);
     }
@@ -348,9 +349,9 @@ static PyObject *statistics_new(PyTypeObject *type, PyObject *args, PyObject *kw
     if (!(timeout > 0 && timeout < 2e6))
         raise_status(TFA_E_ARGUMENT, "timeout", "timeout: %g, must be above 0 s", timeout);
     else
-        made = (statistics_object *)type->tp_alloc(type, 0);
+        made = (statistics_object *)PyType_GenericAlloc(type, 0);
     if (made) {
-        const char *directory = path ? PyBytes_AS_STRING(path) : NULL;
+        const char *directory = path ? PyBytes_AsString(path) : NULL;
         Py_BEGIN_ALLOW_THREADS status =
             tfa_statistics_open(directory, (int32_t)(timeout * 1e3) + 1, &made->statistics);
         if (status == TFA_OK)
@@ -369,7 +370,7 @@ static void statistics_dealloc(PyObject *self)
 {
     tfa_snapshot_free(((statistics_object *)self)->now);
     tfa_statistics_close(((statistics_object *)self)->statistics);
-    Py_TYPE(self)->tp_free(self);
+    object_free(self);
 }
 
 static PyObject *statistics_read(PyObject *self, PyObject *args, PyObject *kwargs)
@@ -403,18 +404,18 @@ static PyMethodDef statistics_methods[] = {
      "a writer was interrupted for longer than timeout, s."},
     {0}};
 
-static PyTypeObject statistics_type = {
-    PyVarObject_HEAD_INIT(NULL, 0).tp_name = "totalforce.Statistics",
-    .tp_doc =
-        "Statistics(runtime_dir=None, *, timeout=10.0)\n--\n\n"
-        "Statistics of a running daemon, in memory that this process can only read.\n\n"
-        "runtime_dir as of Client; timeout in s. After the end of the daemon its last figures\n"
-        "stay readable.",
-    .tp_basicsize = sizeof(statistics_object),
-    .tp_dealloc = statistics_dealloc,
-    .tp_flags = Py_TPFLAGS_DEFAULT,
-    .tp_methods = statistics_methods,
-    .tp_new = statistics_new,
+static PyTypeObject *statistics_type;
+
+static const type_members statistics_members = {
+    .name = "totalforce.Statistics",
+    .doc = "Statistics(runtime_dir=None, *, timeout=10.0)\n--\n\n"
+           "Statistics of a running daemon, in memory that this process can only read.\n\n"
+           "runtime_dir as of Client; timeout in s. After the end of the daemon its last figures\n"
+           "stay readable.",
+    .size = sizeof(statistics_object),
+    .dealloc = statistics_dealloc,
+    .methods = statistics_methods,
+    .make = statistics_new,
 };
 
 /* {name: (text, cause)} of every status, which the keys of 'statuses' refer to */
@@ -432,6 +433,6 @@ static int add_statuses(PyObject *module)
 
 int snapshots_init(PyObject *module)
 {
-    return add_type(module, &histogram_type) || add_type(module, &statistics_type) ||
-           add_statuses(module);
+    return add_type(module, &histogram_members, &histogram_type) ||
+           add_type(module, &statistics_members, &statistics_type) || add_statuses(module);
 }

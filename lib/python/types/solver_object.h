@@ -8,7 +8,7 @@
 #define PYTHON_SOLVER_OBJECT_H
 
 #include "python/request/call.h"
-#include "python/request/numpy_api.h"
+#include "python/request/python_api.h"
 
 typedef struct solver_object solver_object;
 

@@ -18,7 +18,7 @@ static void specialised_dealloc(PyObject *self)
     specialised_object *s = (specialised_object *)self;
     tfa_specialised_free(s->specialised);
     Py_XDECREF(s->model);
-    Py_TYPE(self)->tp_free(self);
+    object_free(self);
 }
 
 static PyObject *failed(int status, const char *path, const char *reason)
@@ -33,13 +33,13 @@ static PyObject *specialised_new(PyTypeObject *type, PyObject *args, PyObject *k
     PyObject *path = NULL, *model;
     char reason[REASON] = "";
     if (!PyArg_ParseTupleAndKeywords(args, kwargs, "O&O!:Specialised", names, PyUnicode_FSConverter,
-                                     &path, &model_type, &model)) {
+                                     &path, model_type, &model)) {
         Py_XDECREF(path);
         return NULL;
     }
-    specialised_object *s = (specialised_object *)type->tp_alloc(type, 0);
+    specialised_object *s = (specialised_object *)PyType_GenericAlloc(type, 0);
     if (s) {
-        const char *name = PyBytes_AS_STRING(path);
+        const char *name = PyBytes_AsString(path);
         const tfa_model *m = ((model_object *)model)->model;
         int status, error;
         s->model = Py_NewRef(model);
@@ -75,13 +75,13 @@ static PyObject *specialised_build(PyObject *unused, PyObject *args, PyObject *k
     int single = 0;
     char reason[REASON] = "";
     (void)unused;
-    if (PyArg_ParseTupleAndKeywords(args, kwargs, "O!O&|$pzzO&O&O&O:build", names, &model_type,
+    if (PyArg_ParseTupleAndKeywords(args, kwargs, "O!O&|$pzzO&O&O&O:build", names, model_type,
                                     &model, PyUnicode_FSConverter, &path, &single, &o.compiler,
                                     &o.sources, convert_u32, &o.seconds, convert_u32, &o.memory_mib,
                                     convert_u32, &o.file_mib, &algorithm) &&
         read_build_options(algorithm, &o) == 0) {
         const tfa_model *m = ((model_object *)model)->model;
-        const char *name = PyBytes_AS_STRING(path);
+        const char *name = PyBytes_AsString(path);
         tfa_specialise_result result = {0};
         int status, error;
         o.single = single != 0;
@@ -99,8 +99,8 @@ static PyObject *specialised_file_name(PyObject *unused, PyObject *model)
 {
     char name[TFA_SPECIALISED_NAME_SIZE];
     (void)unused;
-    if (!Py_IS_TYPE(model, &model_type)) {
-        raise_type("model", "model: %.100s, must be a Model", Py_TYPE(model)->tp_name);
+    if (!Py_IS_TYPE(model, model_type)) {
+        raise_type("model", "model: %.100s, must be a Model", type_name(model));
         return NULL;
     }
     tfa_specialised_name(((model_object *)model)->model, name);
@@ -132,22 +132,22 @@ static PyMethodDef methods[] = {
      "Name of a model's kernel for this machine's instruction set, HASH-ISA.so."},
     {0}};
 
-PyTypeObject specialised_type = {
-    PyVarObject_HEAD_INIT(NULL, 0).tp_name = "totalforce.Specialised",
-    .tp_doc =
-        "Specialised(path, model, /)\n--\n\n"
-        "A kernel compiled for one robot, loaded and tested; for Workspace and Pool.\n\n"
-        "Owner and mode of the file, checksum, version, model and instruction set are checked\n"
-        "before any of its code runs.",
-    .tp_basicsize = sizeof(specialised_object),
-    .tp_dealloc = specialised_dealloc,
-    .tp_flags = Py_TPFLAGS_DEFAULT,
-    .tp_methods = methods,
-    .tp_getset = attributes,
-    .tp_new = specialised_new,
+PyTypeObject *specialised_type;
+
+static const type_members specialised_members = {
+    .name = "totalforce.Specialised",
+    .doc = "Specialised(path, model, /)\n--\n\n"
+           "A kernel compiled for one robot, loaded and tested; for Workspace and Pool.\n\n"
+           "Owner and mode of the file, checksum, version, model and instruction set are checked\n"
+           "before any of its code runs.",
+    .size = sizeof(specialised_object),
+    .dealloc = specialised_dealloc,
+    .methods = methods,
+    .attributes = attributes,
+    .make = specialised_new,
 };
 
 int specialised_init(PyObject *module)
 {
-    return add_type(module, &specialised_type);
+    return add_type(module, &specialised_members, &specialised_type);
 }

@@ -24,7 +24,7 @@ static void sweep_dealloc(PyObject *self)
     sweep_plan_free(&s->plan);
     Py_XDECREF(s->model);
     Py_XDECREF(s->specialised);
-    Py_TYPE(self)->tp_free(self);
+    object_free(self);
 }
 
 /* Words of the request. @return 0; -1 with an exception */
@@ -47,11 +47,11 @@ static int read_request(sweep_plan *plan, PyObject *op, const char *method, PyOb
 static int read_links(sweep_object *s, PyObject *tips)
 {
     tfa_request *request = &s->plan.request;
-    const Py_ssize_t count = tips ? PyTuple_GET_SIZE(tips) : 0;
+    const Py_ssize_t count = tips ? PyTuple_Size(tips) : 0;
     if (count > TFA_MAX_TIPS)
         return raise_status(TFA_E_SIZE, "tips", "tips: more than %d links", TFA_MAX_TIPS);
     for (Py_ssize_t k = 0; k < count; k++)
-        if (robot_find_link(&((model_object *)s->model)->robot, "tips", PyTuple_GET_ITEM(tips, k),
+        if (robot_find_link(&((model_object *)s->model)->robot, "tips", PyTuple_GetItem(tips, k),
                             &request->tips[request->tip_count++]))
             return -1;
     return 0;
@@ -61,8 +61,8 @@ static int complete(sweep_object *s, const state_ranges *ranges)
 {
     PyObject *source = ((model_object *)s->model)->source; /* NULL: of a derived model */
     const int status =
-        sweep_plan_complete(&s->plan, ranges, source ? PyBytes_AS_STRING(source) : NULL,
-                            source ? (size_t)PyBytes_GET_SIZE(source) : 0);
+        sweep_plan_complete(&s->plan, ranges, source ? PyBytes_AsString(source) : NULL,
+                            source ? (size_t)PyBytes_Size(source) : 0);
     return status == TFA_OK ? 0 : raise_status(status, NULL, "%s", tfa_status_text(status));
 }
 
@@ -78,7 +78,7 @@ static PyObject *sweep_new(PyTypeObject *type, PyObject *args, PyObject *kwargs)
     state_ranges ranges = {1, 1, 1};
     unsigned long long seed = 1, reference = 0, first = 0;
     if (!PyArg_ParseTupleAndKeywords(args, kwargs, "O!O|$sOOOO&O!(ddd)KKKO:_Sweep", names,
-                                     &model_type, &model, &op, &method, &precision, &residual,
+                                     model_type, &model, &op, &method, &precision, &residual,
                                      &estimate, convert_u32, &plan.request.refine, &PyTuple_Type,
                                      &tips, &ranges.velocity, &ranges.force, &ranges.acceleration,
                                      &seed, &reference, &first, &specialised) ||
@@ -86,7 +86,7 @@ static PyObject *sweep_new(PyTypeObject *type, PyObject *args, PyObject *kwargs)
         read_precision(precision, residual, &plan.workspace.precision, &plan.workspace.residual) ||
         read_specialised(specialised, &plan.workspace.specialised))
         return NULL;
-    sweep_object *s = (sweep_object *)type->tp_alloc(type, 0);
+    sweep_object *s = (sweep_object *)PyType_GenericAlloc(type, 0);
     if (!s)
         return NULL;
     plan.model = ((model_object *)model)->model;
@@ -181,7 +181,7 @@ static PyObject *sweep_count(PyObject *unused, PyObject *args)
     if (!PyArg_ParseTuple(args, "y*K:count", &values, &first))
         return NULL;
     PyObject *bytes = PyBytes_FromStringAndSize(NULL, sizeof(statistics));
-    statistics *s = bytes ? memset(PyBytes_AS_STRING(bytes), 0, sizeof *s) : NULL;
+    statistics *s = bytes ? memset(PyBytes_AsString(bytes), 0, sizeof *s) : NULL;
     for (size_t k = 0; s && k < (size_t)values.len / sizeof(double); k++) {
         series_add(&s->series[SERIES_ANSWER], groups, ((const double *)values.buf)[k], first + k);
         if ((first + k + 1) % STATISTICS_GROUP == 0)
@@ -222,7 +222,7 @@ static PyObject *get_seconds(PyObject *self, void *unused)
         double sum = 0;
         for (uint32_t k = 0; k < s->count; k++)
             sum += s->workers[k].seconds[part];
-        PyList_SET_ITEM(list, part, PyFloat_FromDouble(sum));
+        PyList_SetItem(list, part, PyFloat_FromDouble(sum));
     }
     return list;
 }
@@ -248,25 +248,25 @@ static PyMethodDef own_methods[] = {
      "count(values, first, /)\n--\n\nStatistics of doubles, as of the answers of `block`."},
     {0}};
 
-PyTypeObject sweep_type = {
-    PyVarObject_HEAD_INIT(NULL, 0).tp_name = "totalforce._Sweep",
-    .tp_doc =
-        "_Sweep(model, op, /, *, method='auto', precision=None, residual=None, estimate=None, "
-        "refine=4294967295, tips=(), ranges=(1.0, 1.0, 1.0), seed=1, reference=0, first=0, "
-        "specialised=None)"
-        "\n--\n\n"
-        "Blocks of states of `totalforce sweep`. ranges: of drawn velocities, torques and\n"
-        "accelerations; reference: every how many states a quadruple one; first: state at\n"
-        "the begin of the files that are written.",
-    .tp_basicsize = sizeof(sweep_object),
-    .tp_dealloc = sweep_dealloc,
-    .tp_flags = Py_TPFLAGS_DEFAULT,
-    .tp_methods = own_methods,
-    .tp_getset = attributes,
-    .tp_new = sweep_new,
+PyTypeObject *sweep_type;
+
+static const type_members sweep_members = {
+    .name = "totalforce._Sweep",
+    .doc = "_Sweep(model, op, /, *, method='auto', precision=None, residual=None, estimate=None, "
+           "refine=4294967295, tips=(), ranges=(1.0, 1.0, 1.0), seed=1, reference=0, first=0, "
+           "specialised=None)"
+           "\n--\n\n"
+           "Blocks of states of `totalforce sweep`. ranges: of drawn velocities, torques and\n"
+           "accelerations; reference: every how many states a quadruple one; first: state at\n"
+           "the begin of the files that are written.",
+    .size = sizeof(sweep_object),
+    .dealloc = sweep_dealloc,
+    .methods = own_methods,
+    .attributes = attributes,
+    .make = sweep_new,
 };
 
 int sweep_init(PyObject *module)
 {
-    return add_type(module, &sweep_type);
+    return add_type(module, &sweep_members, &sweep_type);
 }

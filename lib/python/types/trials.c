@@ -19,7 +19,7 @@ PyObject *list_mechanisms(PyObject *module, PyObject *unused)
     for (int k = 0; list && k < MECHANISM_COUNT; k++) {
         PyObject *name = PyUnicode_FromString(mechanism_name((mechanism_kind)k));
         if (name)
-            PyTuple_SET_ITEM(list, k, name);
+            PyTuple_SetItem(list, k, name);
         else
             Py_CLEAR(list);
     }
@@ -80,12 +80,12 @@ PyObject *suggest(PyObject *module, PyObject *args)
     (void)module;
     if (!PyArg_ParseTuple(args, "sO!:_suggest", &wrong, &PyTuple_Type, &words))
         return NULL;
-    const Py_ssize_t count = PyTuple_GET_SIZE(words);
+    const Py_ssize_t count = PyTuple_Size(words);
     const char **list = PyMem_Calloc((size_t)count + 1, sizeof *list);
     if (!list)
         return PyErr_NoMemory();
     for (Py_ssize_t k = 0; !bad && k < count; k++)
-        bad = !(list[k] = PyUnicode_AsUTF8(PyTuple_GET_ITEM(words, k)));
+        bad = !(list[k] = PyUnicode_AsUTF8AndSize(PyTuple_GetItem(words, k), NULL));
     if (!bad) {
         tfa_suggest_words(wrong, list, (size_t)count, text, sizeof text);
         made = PyUnicode_FromString(text);

@@ -29,9 +29,9 @@ int read_methods(PyObject *value, uint32_t *methods)
     if (!list)
         return raise_from_current("methods", "must be a list of methods");
     int bad = 0;
-    for (Py_ssize_t k = 0; !bad && k < PyTuple_GET_SIZE(list); k++) {
-        PyObject *entry = PyTuple_GET_ITEM(list, k);
-        const char *name = PyUnicode_Check(entry) ? PyUnicode_AsUTF8(entry) : NULL;
+    for (Py_ssize_t k = 0; !bad && k < PyTuple_Size(list); k++) {
+        PyObject *entry = PyTuple_GetItem(list, k);
+        const char *name = PyUnicode_Check(entry) ? PyUnicode_AsUTF8AndSize(entry, NULL) : NULL;
         const int32_t method = name ? tfa_method_find(name) : -1;
         if (method < 0)
             bad = raise_status(TFA_E_METHOD, "methods", "methods: no '%.200s'", name ? name : "?");
@@ -47,9 +47,9 @@ int read_specialised(PyObject *value, const tfa_specialised **specialised)
     *specialised = NULL;
     if (!value || value == Py_None)
         return 0;
-    if (!Py_IS_TYPE(value, &specialised_type))
+    if (!Py_IS_TYPE(value, specialised_type))
         return raise_type("specialised", "specialised: %.100s, must be a Specialised",
-                          Py_TYPE(value)->tp_name);
+                          type_name(value));
     *specialised = ((specialised_object *)value)->specialised;
     return 0;
 }
@@ -69,7 +69,7 @@ static void workspace_dealloc(PyObject *self)
     tfa_workspace_free(w->workspace);
     Py_XDECREF(w->model);
     Py_XDECREF(w->specialised);
-    Py_TYPE(self)->tp_free(self);
+    object_free(self);
 }
 
 static PyObject *workspace_new(PyTypeObject *type, PyObject *args, PyObject *kwargs)
@@ -81,7 +81,7 @@ static PyObject *workspace_new(PyTypeObject *type, PyObject *args, PyObject *kwa
     PyObject *specialised = NULL;
     unsigned k = 0;
     tfa_workspace_options o = {0};
-    if (!PyArg_ParseTupleAndKeywords(args, kwargs, "O!|$OOOOO&Op:Workspace", names, &model_type,
+    if (!PyArg_ParseTupleAndKeywords(args, kwargs, "O!|$OOOOO&Op:Workspace", names, model_type,
                                      &model, &precision, &residual, &batch, &methods, convert_u32,
                                      &o.max_tips, &specialised, &o.round_sincos) ||
         read_precision(precision, residual, &o.precision, &o.residual) ||
@@ -89,7 +89,7 @@ static PyObject *workspace_new(PyTypeObject *type, PyObject *args, PyObject *kwa
         read_methods(methods, &o.methods) || read_specialised(specialised, &o.specialised))
         return NULL;
     o.states = (tfa_states)k;
-    workspace_object *w = (workspace_object *)type->tp_alloc(type, 0);
+    workspace_object *w = (workspace_object *)PyType_GenericAlloc(type, 0);
     if (!w)
         return NULL;
     w->head.kind = &kind;
@@ -166,41 +166,41 @@ static const PyMethodDef own_methods[] = {
 
 static PyMethodDef methods[SOLVER_METHOD_COUNT + 2];
 
-PyTypeObject workspace_type = {
-    PyVarObject_HEAD_INIT(NULL, 0).tp_name = "totalforce.Workspace",
-    .tp_doc =
-        "Workspace(model, /, *, precision=None, residual=None, states=None, methods=None, "
-        "max_tips=0, specialised=None, round_sincos=False)\n--\n\n"
-        "Memory of one computation: answers requests in this process, one thread at a time.\n\n"
-        "A second thread that asks meanwhile gets BusyError. Requests of more than about 20 us\n"
-        "release the GIL.\n\n"
-        "Parameters\n----------\n"
-        "model : Model\n"
-        "        kept alive\n"
-        "precision : 'f64', 'f32' or 'f128'\n"
-        "        arithmetic of the factors; None: 'f64'\n"
-        "residual : 'same', 'f64' or 'f128'\n"
-        "        arithmetic of refinement residuals; None: 'same'\n"
-        "states : 'auto' or 'one'\n"
-        "        states computed together; None: 'auto'\n"
-        "methods : list of str\n"
-        "        methods to reserve memory for; None: all for robots up to 256 bodies\n"
-        "max_tips : int\n"
-        "        tips of a request to reserve memory for, up to 32; 0: 8\n"
-        "specialised : Specialised\n"
-        "        kernel of this model; None: none\n"
-        "round_sincos : bool\n"
-        "        'f128' only: rounds sine and cosine to double\n",
-    .tp_basicsize = sizeof(workspace_object),
-    .tp_dealloc = workspace_dealloc,
-    .tp_flags = Py_TPFLAGS_DEFAULT,
-    .tp_methods = methods,
-    .tp_getset = attributes,
-    .tp_new = workspace_new,
+PyTypeObject *workspace_type;
+
+static const type_members workspace_members = {
+    .name = "totalforce.Workspace",
+    .doc = "Workspace(model, /, *, precision=None, residual=None, states=None, methods=None, "
+           "max_tips=0, specialised=None, round_sincos=False)\n--\n\n"
+           "Memory of one computation: answers requests in this process, one thread at a time.\n\n"
+           "A second thread that asks meanwhile gets BusyError. Requests of more than about 20 us\n"
+           "release the GIL.\n\n"
+           "Parameters\n----------\n"
+           "model : Model\n"
+           "        kept alive\n"
+           "precision : 'f64', 'f32' or 'f128'\n"
+           "        arithmetic of the factors; None: 'f64'\n"
+           "residual : 'same', 'f64' or 'f128'\n"
+           "        arithmetic of refinement residuals; None: 'same'\n"
+           "states : 'auto' or 'one'\n"
+           "        states computed together; None: 'auto'\n"
+           "methods : list of str\n"
+           "        methods to reserve memory for; None: all for robots up to 256 bodies\n"
+           "max_tips : int\n"
+           "        tips of a request to reserve memory for, up to 32; 0: 8\n"
+           "specialised : Specialised\n"
+           "        kernel of this model; None: none\n"
+           "round_sincos : bool\n"
+           "        'f128' only: rounds sine and cosine to double\n",
+    .size = sizeof(workspace_object),
+    .dealloc = workspace_dealloc,
+    .methods = methods,
+    .attributes = attributes,
+    .make = workspace_new,
 };
 
 int workspace_init(PyObject *module)
 {
     solver_join_methods(solver_methods, own_methods, methods);
-    return add_type(module, &workspace_type);
+    return add_type(module, &workspace_members, &workspace_type);
 }

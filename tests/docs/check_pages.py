@@ -19,36 +19,9 @@ PAGE_WORDS = {"python.md": 500}
 PAGE_LINES = {"which-method.md": 60}
 
 
-def anchor_of(heading):
-    """The anchor that a heading has on a forge."""
-    text = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", heading).strip().lower()
-    return re.sub(r"[^\w\- ]", "", text).replace(" ", "-")
-
-
 def words_of(text):
     """Bars of tables, dashes and operators are none."""
     return sum(any(c.isalnum() for c in word) for word in text.split())
-
-
-def without_blocks(text):
-    return re.sub(r"^```.*?^```$", "", text, flags=re.M | re.S)
-
-
-def anchors(text):
-    return {anchor_of(x) for x in re.findall(r"^#+ (.*)$", without_blocks(text), re.M)}
-
-
-def check_links(page, source):
-    for label, target in re.findall(r"\[([^]]*)\]\(([^)\s]*)\)", without_blocks(page.read_text())):
-        if re.match(r"[a-z]+:", target):
-            continue
-        path, _, anchor = target.partition("#")
-        other = (page.parent / path).resolve() if path else page
-        name = page.relative_to(source)
-        if not other.exists():
-            yield f"{name}: [{label}]: no {target}"
-        elif anchor and other.suffix == ".md" and anchor not in anchors(other.read_text()):
-            yield f"{name}: [{label}]: no heading #{anchor} in {other.relative_to(source)}"
 
 
 def check_layers(source):
@@ -79,8 +52,10 @@ def check(source):
     for page in docs:
         if page.name != "README.md" and f"]({page.name}" not in index:
             yield f"docs/README.md: {page.name} is missing"
-    for page in [readme, source / "CONTRIBUTING.md", source / "lib/README.md", *docs]:
-        yield from check_links(page, source)
+    sys.path.append(str(source / "docs/html"))
+    from pages import follow
+
+    yield from follow(source)[2]
 
 
 if __name__ == "__main__":

@@ -67,6 +67,7 @@ class BuildModule(build_ext):
         package.parent.mkdir(parents=True, exist_ok=True)
         for old in package.parent.glob("*.so*"):
             old.unlink()
+        shutil.copy(made / "_totalforce.pyi", package.parent)
         (module,) = made.glob("_totalforce*.so")
         shutil.copy(module, package)
         for name, path in needed(module):

@@ -128,6 +128,7 @@ class linter
     std::vector<loop_source> loops_;
     bool broken_ = false;   /* a link or joint is missing */
     bool resolved_ = false; /* all names have indices */
+    bool root_is_free_ = false;
 };
 
 } // namespace tfa

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <iterator>
 
 namespace tfa
 {
@@ -189,6 +190,41 @@ void mjcf_reader::body(mjcf_body &body)
     inertial(body);
 }
 
+/* It or a body that it carries has a joint. */
+static bool moves(const TiXmlElement &body)
+{
+    std::vector<const TiXmlElement *> open = {&body};
+    while (!open.empty()) {
+        const TiXmlElement &in = *open.back();
+        open.pop_back();
+        for (const TiXmlElement *e : children_of(in)) {
+            if (e->ValueStr() == "joint" || e->ValueStr() == "freejoint")
+                return true;
+            if (e->ValueStr() == "body")
+                open.push_back(e);
+        }
+    }
+    return false;
+}
+
+/* The only body of the world that moves, on a free joint, is the root of a floating base; others,
+ * as the ground, are of no use to it. */
+void mjcf_reader::find_floating_base(std::vector<mjcf_body> &bodies)
+{
+    std::vector<mjcf_body> moving, fixed;
+    std::partition_copy(bodies.begin(), bodies.end(), std::back_inserter(moving),
+                        std::back_inserter(fixed),
+                        [](const mjcf_body &b) { return moves(*b.element); });
+    if (moving.size() == 1)
+        for (const TiXmlElement *e : children_of(*moving[0].element))
+            floats |= is_free(*e);
+    if (!floats)
+        return;
+    for (const mjcf_body &b : fixed)
+        robot_.not_used("bodies fixed to the world", *b.element);
+    bodies = moving;
+}
+
 void mjcf_reader::worldbody(const std::vector<const TiXmlElement *> &sections)
 {
     std::vector<mjcf_body> open; /* bodies to be read, the next one last */
@@ -210,10 +246,8 @@ void mjcf_reader::worldbody(const std::vector<const TiXmlElement *> &sections)
     }
     if (open.empty())
         return;
-    if (open.size() == 1)
-        for (const TiXmlElement *e : children_of(*open[0].element))
-            floats_ |= is_free(*e);
-    if (!floats_)
+    find_floating_base(open);
+    if (!floats)
         add_link("world", *sections[0]);
     while (!open.empty()) {
         mjcf_body next = open.back();
@@ -288,6 +322,7 @@ void linter::mujoco(const TiXmlElement &element)
     for (const mjcf_joint &joint : reader.joints)
         joints_.push_back(joint.source);
     broken_ = reader.broken;
+    root_is_free_ = reader.floats;
 }
 
 } // namespace tfa

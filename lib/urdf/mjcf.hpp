@@ -121,6 +121,7 @@ class mjcf_reader
     std::vector<mjcf_joint> joints;
     std::vector<loop_source> loops;
     bool broken = false; /* a link or joint is missing */
+    bool floats = false; /* the only moving body of the world is on a free joint */
 
   private:
     void find_includes(const TiXmlElement &root);
@@ -129,6 +130,7 @@ class mjcf_reader
     const std::string &class_of(const checked_element &checked, const TiXmlElement &element,
                                 const std::string &childclass, const char *attribute = "class");
     void worldbody(const std::vector<const TiXmlElement *> &sections);
+    void find_floating_base(std::vector<mjcf_body> &bodies);
     void body(mjcf_body &body);
     void inertial(const mjcf_body &body);
     void add_link(const std::string &name, const TiXmlElement &at, const std::string &text = "");
@@ -154,7 +156,6 @@ class mjcf_reader
     std::unordered_map<std::string, mjcf_pose> poses_; /* of bodies */
     std::unordered_map<std::string, size_t> joint_index_;
     size_t equalities_ = 0;
-    bool floats_ = false; /* the root is the only body of the world, on a free joint */
 };
 
 } // namespace tfa

@@ -48,10 +48,10 @@ void mjcf_reader::free_joint(const TiXmlElement &element, mjcf_body &body, const
                        "only a body of <worldbody> with no other joint can have a free joint");
     body.is_static = false;
     mjcf_joint root;
-    mjcf_joint &joint = floats_ ? root : add_joint(name, element, "world", body.name, {});
+    mjcf_joint &joint = floats ? root : add_joint(name, element, "world", body.name, {});
     axis_joint(checked, element, class_of(checked, element, body.childclass), joint);
     joint.source.type = TFA_JOINT_FLOATING;
-    if (floats_ && (joint.source.armature != 0 || joint.damping != 0 || joint.friction != 0))
+    if (floats && (joint.source.armature != 0 || joint.damping != 0 || joint.friction != 0))
         checked.not_used("armature, damping and friction of the root's free joint", element);
 }
 

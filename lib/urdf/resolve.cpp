@@ -166,6 +166,7 @@ int linter::finish(tfa_description **skeleton, char **canonical) const
     d->constraints =
         reinterpret_cast<tfa_constraint *>(block + sizeof *d + links_size + joints_size);
     d->constraint_count = loops_.size();
+    d->root_is_free = root_is_free_;
     auto *unused = reinterpret_cast<tfa_unused *>(block + fixed_size - unused_size);
     append_unused(unused, strings);
     d->unused = unused;

@@ -157,6 +157,7 @@ typedef struct tfa_description {
     tfa_constraint *constraints; /**< loops that the tree leaves open; a model has those whose links
                                       are in its scene and move against each other */
     size_t constraint_count;     /**< of constraints */
+    int root_is_free; /**< the source says so; 0: it says nothing. A model's base is its option */
 } tfa_description;
 
 #define TFA_URDF_PATH_MAX 4096 /**< bytes of a path, its NUL included */

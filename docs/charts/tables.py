@@ -106,16 +106,16 @@ class Tables:
         for method in unique(r.method for r in chart):
             rows = {(r.bodies, r.processors): r for r in some(chart, method=method)}
             small, large = rows[64, 1], rows[128, 1]
-            of_body = " + ".join(f"{(getattr(large, word) - getattr(small, word)) / 64:.0f} {word[0]}"
-                                 for word in ("multiplications", "additions"))
-            yield (f"`{method}`", of_body,
+            yield (f"`{method}`", *(f"{(getattr(large, word) - getattr(small, word)) / 64:.0f}"
+                                    for word in ("multiplications", "additions")),
                    *(rows[n, n].steps if (n, n) in rows else "" for n in (16, 64, 256, 1024, 4096)),
                    f"{rows[1024, 1].steps / rows[1024, 2].steps:.2f}" if (1024, 1) in rows else "")
 
     def depth(self):
         file = self._work / "depth/depth.csv"
         return file.exists() and table(
-            "method|of a body|N = 16|64|256|1024|4096|two of 1024", self._depth(Rows(file)))
+            "method|multiplications|additions|N = 16|64|256|1024|4096|two of 1024",
+            self._depth(Rows(file)))
 
     def fronts(self):
         """On how many fronts a method is, alone or refined, by size"""

@@ -36,8 +36,11 @@ def laws(text):
         else:
             plain = name.replace(", refined", "")
             methods.setdefault(plain, ["-"] * 4)[column + (plain != name)] = error
+    same = {}
+    for name, cells in methods.items():
+        same.setdefault(tuple(cells), []).append(f"`{name}`")
     full = table("method|qdd|refined once|Λ⁻¹|refined once",
-                 ((f"`{name}`", *cells) for name, cells in methods.items()))
+                 ((", ".join(names), *cells) for cells, names in same.items()))
     full += ("\n`rnea`: {rnea}; mass matrix: {M}; the worst of all in quadruple precision: {f128}."
              "\n".format(**rest))
     return full

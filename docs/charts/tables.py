@@ -211,9 +211,8 @@ class Tables:
         lines = [[f"`{m}`", *(" ".join(cell(m, size, side) for size in sizes)
                               for side in ("qdd", "tau"))]
                  for m in ("cfa", "dca", "scan", "aba", "crba")]
-        fact = self._rows.fact
-        return table([f"{fact('processor')} (`{fact('client_kernels')}`)", "`qdd`", "`tau`"],
-                     [("`tfa` over, bodies", *[" ".join(map(str, sizes))] * 2), *lines])
+        return table(["`tfa` over", "`qdd`", "`tau`"],
+                     [("bodies", *[" ".join(map(str, sizes))] * 2), *lines])
 
     def precision(self):
         """Precisions of two methods"""
@@ -250,7 +249,9 @@ class Tables:
         return table("axis|alone|refined once", self._failures())
 
     def fails(self):
-        return table("axis|refined once", (line[::2] for line in self._failures()))
+        return table("axis|refined once, from", (
+            (axis, re.sub(r"from (\S+) on", r"\1:", refined))
+            for axis, _, refined in self._failures()))
 
     def _services(self):
         for side, atlas in self._atlas.items():

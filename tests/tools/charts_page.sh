@@ -29,7 +29,7 @@ awk '{ line[NR] = $0 } END { for (i = 1; i <= NR / 2; i++) if (line[i] != line[i
 # seven mechanisms and three right-hand sides
 says "$work/docs/work/blocks/fronts" "| panels | 21 | 21 |"
 says "$work/docs/work/blocks/times" "(tfa-cr) |"
-says "$work/docs/$page" "| mass ratio of neighbours | from "
+says "$work/docs/$page" "| mass ratio of neighbours | 1e"
 says "$work/docs/$page" "Of 2376 default requests "
 [ -s "$work/docs/pictures/atlas.png" ] || fail "no atlas.png"
 for picture in hero:one.call lambda:pv-osimr cores:batch single:mixed drift:integrator singular:wrist \

@@ -139,12 +139,10 @@ int linter::finish(tfa_description **skeleton, char **canonical) const
 {
     if (!resolved_)
         return TFA_E_PARSE;
-    size_t links_size = links_.size() * sizeof(tfa_link);
-    size_t joints_size = joints_.size() * sizeof(tfa_joint);
     size_t unused_size = found_.unused.entries().size() * sizeof(tfa_unused);
-    size_t loops_size = loops_.size() * sizeof(tfa_constraint);
-    size_t fixed_size =
-        sizeof(tfa_description) + links_size + joints_size + loops_size + unused_size;
+    size_t fixed_size = sizeof(tfa_description) + links_.size() * sizeof(tfa_link) +
+                        joints_.size() * sizeof(tfa_joint) +
+                        loops_.size() * sizeof(tfa_constraint) + unused_size;
     char *block = static_cast<char *>(calloc(1, fixed_size + text_size()));
     std::string text = "<robot";
     write_attribute(text, "name", name_);
@@ -159,12 +157,11 @@ int linter::finish(tfa_description **skeleton, char **canonical) const
     char *strings = block + fixed_size;
     auto *d = reinterpret_cast<tfa_description *>(block);
     d->name = append_string(strings, name_);
-    d->links = reinterpret_cast<tfa_link *>(block + sizeof *d);
+    d->links = reinterpret_cast<tfa_link *>(d + 1);
     d->link_count = links_.size();
-    d->joints = reinterpret_cast<tfa_joint *>(block + sizeof *d + links_size);
+    d->joints = reinterpret_cast<tfa_joint *>(d->links + links_.size());
     d->joint_count = joints_.size();
-    d->constraints =
-        reinterpret_cast<tfa_constraint *>(block + sizeof *d + links_size + joints_size);
+    d->constraints = reinterpret_cast<tfa_constraint *>(d->joints + joints_.size());
     d->constraint_count = loops_.size();
     d->root_is_free = root_is_free_;
     auto *unused = reinterpret_cast<tfa_unused *>(block + fixed_size - unused_size);

@@ -244,9 +244,11 @@ TEST(test_unused)
  * them. */
 TEST(test_words)
 {
-    static const char *const remedies[] = {"mimic = project", "--mimic=project", "mimic: project"};
+    static const char *const remedies[] = {"mimic = project", "--mimic=project", "mimic: project",
+                                           "\"mimic\":\"project\"", "mimic='project'"};
     static const char *const floating[] = {"base = floating?", "--base=floating?",
-                                           "base: floating?"};
+                                           "base: floating?", "\"base\":\"floating\"?",
+                                           "base='floating'?"};
     static const char *const names[] = {"f0", "f1", "f2", "f3", "f4", "f5"};
     hand h;
     hand_arm(&h);
@@ -256,7 +258,7 @@ TEST(test_words)
         j->mimic = 1;
         j->multiplier = 1;
     }
-    for (int syntax = 0; syntax < 3; syntax++) {
+    for (int syntax = 0; syntax <= TFA_SYNTAX_PYTHON; syntax++) {
         char text[200];
         struct outcome o = hand_outcome(&h, NULL, (tfa_option_syntax)syntax);
         assert_int_equal(o.status, TFA_E_NO_MASS);

@@ -13,23 +13,33 @@
 
 enum { NAMES_LISTED_MAX = 5, TEXT = 2048 }; /* three names of 255 bytes and a sentence fit */
 
+/* By tfa_option_syntax */
+#define WORD(name, value)                                                                          \
+    {                                                                                              \
+        name " = " value, "--" name "=" value, name ": " value, "\"" name "\":\"" value "\"",      \
+            name "='" value "'"                                                                    \
+    }
+#define SWITCH(name, dashed)                                                                       \
+    {                                                                                              \
+        name " = 1", "--" dashed, name ": yes", "\"" name "\":true", name "=True"                  \
+    }
+
 const char *tfa_option_text(const tfa_report *report, tfa_option option)
 {
-    static const char *const texts[TFA_OPTIONS][3] = {
-        [TFA_OPTION_BASE_FIXED] = {"base = fixed", "--base=fixed", "base: fixed"},
-        [TFA_OPTION_BASE_FLOATING] = {"base = floating", "--base=floating", "base: floating"},
-        [TFA_OPTION_MIMIC_PROJECT] = {"mimic = project", "--mimic=project", "mimic: project"},
-        [TFA_OPTION_MIMIC_LOCK] = {"mimic = lock", "--mimic=lock", "mimic: lock"},
-        [TFA_OPTION_INERTIA_STRICT] = {"inertia = strict", "--inertia=strict", "inertia: strict"},
-        [TFA_OPTION_INERTIA_REPAIR] = {"inertia = repair", "--inertia=repair", "inertia: repair"},
-        [TFA_OPTION_LOCK_LEAVES] = {"lock_massless_leaves = 1", "--lock-massless-leaves",
-                                    "lock_massless_leaves: yes"},
-        [TFA_OPTION_DAMPING] = {"damping = 1", "--damping", "damping: yes"},
-        [TFA_OPTION_FRICTION] = {"friction = 1", "--friction", "friction: yes"},
-        [TFA_OPTION_ROTOR_INERTIA] = {"rotor_inertia = 1", "--rotor-inertia", "rotor_inertia: yes"},
+    static const char *const texts[TFA_OPTIONS][TFA_SYNTAX_PYTHON + 1] = {
+        [TFA_OPTION_BASE_FIXED] = WORD("base", "fixed"),
+        [TFA_OPTION_BASE_FLOATING] = WORD("base", "floating"),
+        [TFA_OPTION_MIMIC_PROJECT] = WORD("mimic", "project"),
+        [TFA_OPTION_MIMIC_LOCK] = WORD("mimic", "lock"),
+        [TFA_OPTION_INERTIA_STRICT] = WORD("inertia", "strict"),
+        [TFA_OPTION_INERTIA_REPAIR] = WORD("inertia", "repair"),
+        [TFA_OPTION_LOCK_LEAVES] = SWITCH("lock_massless_leaves", "lock-massless-leaves"),
+        [TFA_OPTION_DAMPING] = SWITCH("damping", "damping"),
+        [TFA_OPTION_FRICTION] = SWITCH("friction", "friction"),
+        [TFA_OPTION_ROTOR_INERTIA] = SWITCH("rotor_inertia", "rotor-inertia"),
     };
     const unsigned syntax = report ? (unsigned)report->syntax : 0;
-    return texts[option][syntax < 3 ? syntax : 0];
+    return texts[option][syntax <= TFA_SYNTAX_PYTHON ? syntax : 0];
 }
 
 void tfa_report_begin(tfa_report *report)

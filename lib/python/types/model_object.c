@@ -15,7 +15,7 @@
 static pthread_mutex_t load_lock = PTHREAD_MUTEX_INITIALIZER;
 
 /* How messages name options */
-static tfa_option_syntax report_syntax = TFA_SYNTAX_C;
+static tfa_option_syntax report_syntax = TFA_SYNTAX_PYTHON;
 
 PyObject *model_speak_command_line(PyObject *module, PyObject *unused)
 {

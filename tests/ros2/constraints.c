@@ -7,16 +7,11 @@
 #include "dds/dds_test.h"
 
 #include "models.h"
-#include "ros2_arm.h"
+#include "ros2_daemon.h"
 
 #include <string.h>
 
 enum { CONSTRAINTS = 2, TIP = 1, ELBOW = 2, NEITHER = 0 };
-
-static harness running;
-static arm_node node; /* its participant and diagnostics */
-static tfa_model *model;
-static tfa_workspace *workspace;
 
 /* Two robots of one kind: nothing of the arm becomes too old; of the old one only `elbow` is active
  * without a message. */
@@ -199,33 +194,18 @@ TEST(another_model_keeps_the_active_ones)
 
 /* ---- the daemon ---- */
 
-static dds_entity_t open_topic(const robot *r, const char *topic,
-                               const dds_topic_descriptor_t *type, bool written)
-{
-    char name[64];
-    snprintf(name, sizeof name, "rt/%s/%s", r->name, topic);
-    const bool text = type == &std_msgs_msg_dds__String__desc;
-    return written ? ros2_peer_writer(node.participant, type, name,
-                                      text ? PEER_TRANSIENT_LOCAL : PEER_DEFAULT)
-                   : ros2_peer_reader(node.participant, type, name, PEER_DEFAULT);
-}
-
 static void open_robot(robot *r)
 {
-    const dds_topic_descriptor_t *state = &sensor_msgs_msg_dds__JointState__desc;
-    r->joint_states = open_topic(r, "joint_states", state, true);
-    r->efforts = open_topic(r, "efforts", state, true);
-    r->active = open_topic(r, "contacts", &std_msgs_msg_dds__String__desc, true);
-    r->description = open_topic(r, "robot_description", &std_msgs_msg_dds__String__desc, true);
-    r->accelerations = open_topic(r, "totalforce/accelerations",
-                                  &trajectory_msgs_msg_dds__JointTrajectory__desc, false);
-    r->wrenches = open_topic(r, "totalforce/constraint_wrenches",
-                             &sensor_msgs_msg_dds__MultiDOFJointState__desc, false);
-    ros2_peer_await_reader(r->efforts);
-    ros2_peer_await_reader(r->active);
-    ros2_peer_await_reader(r->description);
-    ros2_peer_await_writer(r->accelerations);
-    ros2_peer_await_writer(r->wrenches);
+    const dds_topic_descriptor_t *state = &sensor_msgs_msg_dds__JointState__desc,
+                                 *text = &std_msgs_msg_dds__String__desc;
+    r->joint_states = open_writer(state, PEER_DEFAULT, "rt/%s/joint_states", r->name);
+    r->efforts = open_writer(state, PEER_DEFAULT, "rt/%s/efforts", r->name);
+    r->active = open_writer(text, PEER_TRANSIENT_LOCAL, "rt/%s/contacts", r->name);
+    r->description = open_writer(text, PEER_TRANSIENT_LOCAL, "rt/%s/robot_description", r->name);
+    r->accelerations = open_reader(&trajectory_msgs_msg_dds__JointTrajectory__desc,
+                                   "rt/%s/totalforce/accelerations", r->name);
+    r->wrenches = open_reader(&sensor_msgs_msg_dds__MultiDOFJointState__desc,
+                              "rt/%s/totalforce/constraint_wrenches", r->name);
 }
 
 #define ROBOT(name, more)                                                                          \
@@ -248,23 +228,9 @@ static int serve(void **state)
                                 ROBOT("old", "      state_age_ms: 500\n"
                                              "      constraints: [elbow]\n"),
                             arm_settings(""));
-    node.participant = ros2_peer_open(arm_domain());
-    node.diagnostics =
-        ros2_peer_reader(node.participant, &diagnostic_msgs_msg_dds__DiagnosticArray__desc,
-                         "rt/diagnostics", PEER_ALL);
-    ros2_peer_await_writer(node.diagnostics);
+    arm_node_watch(&node);
     open_robot(&arm);
     open_robot(&old);
-    return 0;
-}
-
-static int stop(void **state)
-{
-    (void)state;
-    arm_node_close(&node);
-    harness_remove(&running);
-    tfa_workspace_free(workspace);
-    tfa_model_free(model);
     return 0;
 }
 

@@ -7,16 +7,13 @@
 #include "dds/dds_test.h"
 
 #include "models.h"
-#include "ros2_arm.h"
+#include "ros2_daemon.h"
 
 #include <math.h>
 #include <signal.h>
 #include <string.h>
 
 #define LEGS 12
-
-static harness running;
-static arm_node node; /* its participant and diagnostics */
 
 /* Two robots of one kind: no message of the dog becomes too old, those of the old one soon do. */
 typedef struct robot {
@@ -25,8 +22,6 @@ typedef struct robot {
 } robot;
 
 static robot dog = {.name = "dog"}, old = {.name = "old"};
-static tfa_model *model;
-static tfa_workspace *workspace;
 
 typedef struct motion {
     double q[LEGS], v[LEGS], tau[LEGS], pose[7], twist[6], wrench[2][6];
@@ -253,17 +248,24 @@ static unsigned take_states(const dds_entity_t readers[4], const motion *m, unsi
     return left & ~(left & 8 && take_torques(readers[3]) ? 8u : 0u);
 }
 
+/* What holds the dog still in this state */
+static void expect_torques(const motion *m)
+{
+    const tfa_request at_rest = {
+        .op = TFA_OP_BIAS, .count = 1, .q = m->q, .base_pose = m->pose, .base_twist = m->twist};
+    tfa_reply reply = {.gravity_force = torques};
+    assert_int_equal(tfa_compute(workspace, &at_rest, &reply), TFA_OK);
+}
+
 /* Of the state that came last: pose and twist, too. */
 TEST(states_are_answered_as_the_library_does)
 {
     const dds_topic_descriptor_t *array = &std_msgs_msg_dds__Float64MultiArray__desc;
-    const dds_entity_t p = node.participant;
     const dds_entity_t readers[] = {
-        ros2_peer_reader(p, array, "rt/dog/totalforce/lambda_inv", PEER_DEFAULT),
-        ros2_peer_reader(p, array, "rt/dog/totalforce/jacobian", PEER_DEFAULT),
-        ros2_peer_reader(p, array, "rt/dog/totalforce/bias_acceleration", PEER_DEFAULT),
-        ros2_peer_reader(p, &sensor_msgs_msg_dds__JointState__desc,
-                         "rt/dog/totalforce/gravity_torques", PEER_DEFAULT)};
+        open_reader(array, "rt/dog/totalforce/lambda_inv"),
+        open_reader(array, "rt/dog/totalforce/jacobian"),
+        open_reader(array, "rt/dog/totalforce/bias_acceleration"),
+        open_reader(&sensor_msgs_msg_dds__JointState__desc, "rt/dog/totalforce/gravity_torques")};
     const motion m = motion_of(45);
     const tfa_request request = {.op = TFA_OP_OPERATIONAL_INERTIA,
                                  .refine = TFA_REFINE_DEFAULT,
@@ -275,25 +277,13 @@ TEST(states_are_answered_as_the_library_does)
                                  .v = m.v,
                                  .base_pose = m.pose,
                                  .base_twist = m.twist};
-    const tfa_request at_rest = {
-        .op = TFA_OP_BIAS, .count = 1, .q = m.q, .base_pose = m.pose, .base_twist = m.twist};
     tfa_reply reply = {.lambda_inv = lambda_inv, .jacobian = jacobian, .bias_acceleration = bias};
-    tfa_reply holding = {.gravity_force = torques};
     unsigned left = 1 | 2 | 4 | 8;
     assert_int_equal(tfa_compute(workspace, &request, &reply), TFA_OK);
-    assert_int_equal(tfa_compute(workspace, &at_rest, &holding), TFA_OK);
+    expect_torques(&m);
     assert_true(WAIT_FOR((left = take_states(readers, &m, left)) == 0));
     for (size_t k = 0; k < sizeof readers / sizeof *readers; k++)
         assert_int_equal(dds_delete(readers[k]), DDS_RETCODE_OK);
-}
-
-/* What holds the dog still in this state */
-static void expect_torques(const motion *m)
-{
-    const tfa_request at_rest = {
-        .op = TFA_OP_BIAS, .count = 1, .q = m->q, .base_pose = m->pose, .base_twist = m->twist};
-    tfa_reply reply = {.gravity_force = torques};
-    assert_int_equal(tfa_compute(workspace, &at_rest, &reply), TFA_OK);
 }
 
 /* Publishes a state that no other is like. @return its answer has come: no earlier one is left */
@@ -314,8 +304,7 @@ static bool is_settled(dds_entity_t reader, uint64_t seed)
 TEST(odometry_alone_is_not_answered)
 {
     const dds_entity_t reader =
-        ros2_peer_reader(node.participant, &sensor_msgs_msg_dds__JointState__desc,
-                         "rt/dog/totalforce/gravity_torques", PEER_DEFAULT);
+        open_reader(&sensor_msgs_msg_dds__JointState__desc, "rt/dog/totalforce/gravity_torques");
     static sensor_msgs_msg_dds__JointState_ got;
     motion next = motion_of(91);
     uint64_t seed = 50;
@@ -359,38 +348,16 @@ TEST(old_ones_are_refused)
 
 static void open_robot(robot *r)
 {
-    const dds_entity_t p = node.participant;
-    const dds_topic_descriptor_t *state = &sensor_msgs_msg_dds__JointState__desc;
-    const dds_topic_descriptor_t *force = &geometry_msgs_msg_dds__WrenchStamped__desc;
-    char topic[5][64];
-    snprintf(topic[0], sizeof topic[0], "rt/%s/joint_states", r->name);
-    snprintf(topic[1], sizeof topic[1], "rt/%s/efforts", r->name);
-    snprintf(topic[2], sizeof topic[2], "rt/%s/odom", r->name);
-    snprintf(topic[3], sizeof topic[3], "rt/%s/ft", r->name);
-    snprintf(topic[4], sizeof topic[4], "rt/%s/rear/ft", r->name);
-    r->joint_states = ros2_peer_writer(p, state, topic[0], PEER_DEFAULT);
-    r->efforts = ros2_peer_writer(p, state, topic[1], PEER_DEFAULT);
-    r->odometry = ros2_peer_writer(p, &nav_msgs_msg_dds__Odometry__desc, topic[2], PEER_DEFAULT);
-    r->wrench[0] = ros2_peer_writer(p, force, topic[3], PEER_SENSOR);
-    r->wrench[1] = ros2_peer_writer(p, force, topic[4], PEER_SENSOR);
-    snprintf(topic[0], sizeof topic[0], "rt/%s/totalforce/accelerations", r->name);
-    r->accelerations = ros2_peer_reader(p, &trajectory_msgs_msg_dds__JointTrajectory__desc,
-                                        topic[0], PEER_DEFAULT);
-    ros2_peer_await_reader(r->odometry);
-    ros2_peer_await_reader(r->wrench[0]);
-    ros2_peer_await_reader(r->wrench[1]);
-    ros2_peer_await_reader(r->efforts);
-}
-
-static void open_node(void)
-{
-    node.participant = ros2_peer_open(arm_domain());
-    node.diagnostics =
-        ros2_peer_reader(node.participant, &diagnostic_msgs_msg_dds__DiagnosticArray__desc,
-                         "rt/diagnostics", PEER_ALL);
-    ros2_peer_await_writer(node.diagnostics);
-    open_robot(&dog);
-    open_robot(&old);
+    const dds_topic_descriptor_t *state = &sensor_msgs_msg_dds__JointState__desc,
+                                 *force = &geometry_msgs_msg_dds__WrenchStamped__desc;
+    r->joint_states = open_writer(state, PEER_DEFAULT, "rt/%s/joint_states", r->name);
+    r->efforts = open_writer(state, PEER_DEFAULT, "rt/%s/efforts", r->name);
+    r->odometry =
+        open_writer(&nav_msgs_msg_dds__Odometry__desc, PEER_DEFAULT, "rt/%s/odom", r->name);
+    r->wrench[0] = open_writer(force, PEER_SENSOR, "rt/%s/ft", r->name);
+    r->wrench[1] = open_writer(force, PEER_SENSOR, "rt/%s/rear/ft", r->name);
+    r->accelerations = open_reader(&trajectory_msgs_msg_dds__JointTrajectory__desc,
+                                   "rt/%s/totalforce/accelerations", r->name);
 }
 
 #define ROBOT(name, age)                                                                           \
@@ -404,23 +371,14 @@ static int serve(void **state)
 {
     const tfa_model_options floating = {.base = TFA_BASE_FLOATING};
     (void)state;
-    model = bundled_model("quadruped.urdf", &floating);
-    workspace = workspace_for(model, NULL);
+    load_robot("quadruped.urdf", &floating);
     for (uint32_t j = 0; j < LEGS; j++)
         joint_names[j] = (char *)(uintptr_t)tfa_model_joint(model, j).name;
     running = harness_make(ROBOT("dog", "3600000") ROBOT("old", "500"), arm_settings(""));
     harness_start(&running, "dog");
-    open_node();
-    return 0;
-}
-
-static int stop(void **state)
-{
-    (void)state;
-    arm_node_close(&node);
-    harness_remove(&running);
-    tfa_workspace_free(workspace);
-    tfa_model_free(model);
+    arm_node_watch(&node);
+    open_robot(&dog);
+    open_robot(&old);
     return 0;
 }
 

@@ -7,7 +7,7 @@
 #include "dds/dds_test.h"
 
 #include "models.h"
-#include "ros2_arm.h"
+#include "ros2_daemon.h"
 
 #include <idl/ros2_typed.h>
 #include <math.h>
@@ -15,11 +15,6 @@
 #include <string.h>
 
 enum { LEVEL_OK, LEVEL_WARN, LEVEL_ERROR, LEVEL_STALE };
-
-static harness daemon_process;
-static arm_node node;
-static tfa_model *model;
-static tfa_workspace *workspace;
 
 /* ---- answers ---- */
 
@@ -460,8 +455,7 @@ static int serve(void **state)
 {
     char yaml[2048];
     (void)state;
-    model = bundled_model("arm7.urdf", NULL);
-    workspace = workspace_for(model, NULL);
+    load_robot("arm7.urdf", NULL);
     snprintf(
         yaml, sizeof yaml,
         "%s  - name: lonely\n    urdf: @/config/robots/arm7.urdf\n"
@@ -471,18 +465,8 @@ static int serve(void **state)
         "  - name: far\n    urdf: @/config/robots/arm7.urdf\n"
         "    ros2: {enabled: yes, namespace: /far, domain: %u}\n",
         arm_yaml("      services: yes\n"), test_domain());
-    daemon_process = harness_serve(yaml, arm_settings(""));
+    running = harness_serve(yaml, arm_settings(""));
     arm_node_open(&node);
-    return 0;
-}
-
-static int stop(void **state)
-{
-    (void)state;
-    arm_node_close(&node);
-    harness_remove(&daemon_process);
-    tfa_workspace_free(workspace);
-    tfa_model_free(model);
     return 0;
 }
 

@@ -68,10 +68,20 @@ void arm_settle(const arm_node *n)
         assert_true(WAIT_FOR(is_answered(n, kind, seed++)));
 }
 
-void arm_node_open(arm_node *n)
+void arm_node_watch(arm_node *n)
 {
     n->domain = arm_domain();
-    const dds_entity_t p = n->participant = ros2_peer_open(n->domain);
+    n->participant = ros2_peer_open(n->domain);
+    n->diagnostics =
+        ros2_peer_reader(n->participant, &diagnostic_msgs_msg_dds__DiagnosticArray__desc,
+                         "rt/diagnostics", PEER_ALL);
+    ros2_peer_await_writer(n->diagnostics);
+}
+
+void arm_node_open(arm_node *n)
+{
+    arm_node_watch(n);
+    const dds_entity_t p = n->participant;
     const dds_topic_descriptor_t *state = &sensor_msgs_msg_dds__JointState__desc;
     n->joint_states = ros2_peer_writer(p, state, "rt/arm/joint_states", PEER_DEFAULT);
     n->effort_commands = ros2_peer_writer(p, &std_msgs_msg_dds__Float64MultiArray__desc,
@@ -83,15 +93,12 @@ void arm_node_open(arm_node *n)
                                       "rt/arm/robot_description", PEER_TRANSIENT_LOCAL);
     n->accelerations = ros2_peer_reader(p, &trajectory_msgs_msg_dds__JointTrajectory__desc,
                                         "rt/arm/totalforce/accelerations", PEER_DEFAULT);
-    n->diagnostics = ros2_peer_reader(p, &diagnostic_msgs_msg_dds__DiagnosticArray__desc,
-                                      "rt/diagnostics", PEER_ALL);
     ros2_peer_await_reader(n->joint_states);
     ros2_peer_await_reader(n->effort_commands);
     ros2_peer_await_reader(n->joint_efforts);
     ros2_peer_await_reader(n->trajectory);
     ros2_peer_await_reader(n->description);
     ros2_peer_await_writer(n->accelerations);
-    ros2_peer_await_writer(n->diagnostics);
     arm_settle(n);
 }
 

@@ -39,6 +39,8 @@ uint32_t arm_domain(void);
 const char *arm_yaml(const char *more);
 /** The top-level keys: ros2 in the test's domain; `more` others. */
 const char *arm_settings(const char *more);
+/** Participant and diagnostics only; the daemon runs. */
+void arm_node_watch(arm_node *node);
 /** Endpoints for all topics of the arm; waits until the daemon answers each kind of command: what
  * is sent before it has matched is lost. */
 void arm_node_open(arm_node *node);

@@ -9,7 +9,7 @@
 #include "dds/ros2/unitree_crc.h"
 #include "harness.h"
 #include "models.h"
-#include "ros2_arm.h"
+#include "ros2_daemon.h"
 
 #include <idl/ros2.h>
 #include <idl/ros2_service.h>
@@ -31,13 +31,10 @@ static char *motor_joints[LEGS] = {
     "FR_hip_joint, FR_thigh_joint, FR_calf_joint, FL_hip_joint, FL_thigh_joint, FL_calf_joint, "   \
     "RR_hip_joint, RR_thigh_joint, RR_calf_joint, RL_hip_joint, RL_thigh_joint, RL_calf_joint"
 
-static harness running;
-static arm_node node; /* its diagnostics only */
-static tfa_model *model;
-static tfa_workspace *workspace;
 /* Nothing of the first two is ever too old; what the last one has heard is soon. */
-static dds_entity_t go, go_efforts, go_answers, hg, hg_efforts, hg_answers;
-static dds_entity_t old, old_efforts, old_answers;
+static struct robot {
+    dds_entity_t state, efforts, answers;
+} go, hg, old;
 
 /* A state as the robot has it: single precision, in the order of its motors. */
 typedef struct motion {
@@ -65,35 +62,33 @@ static motion motion_of(uint64_t seed)
     return m;
 }
 
-static unitree_go_msg_dds__LowState_ go_state(const motion *m)
+/* LowState with the legs from motor `first` on */
+#define STATE_OF(kind, first, count, m)                                                            \
+    unitree_##kind##_msg_dds__LowState_ s;                                                         \
+    memset(&s, 0, sizeof s);                                                                       \
+    for (int k = 0; k < LEGS; k++) {                                                               \
+        s.motor_state[first + k].q = (m)->q[k];                                                    \
+        s.motor_state[first + k].dq = (m)->v[k];                                                   \
+    }                                                                                              \
+    memcpy(s.imu_state.quaternion, (m)->quaternion, sizeof(m)->quaternion);                        \
+    memcpy(s.imu_state.gyroscope, (m)->gyroscope, sizeof(m)->gyroscope);                           \
+    s.tick = count;                                                                                \
+    s.crc = tfa_unitree_##kind##_crc(&s);                                                          \
+    return s
+
+static unitree_go_msg_dds__LowState_ go_state_at(const motion *m, uint32_t tick)
 {
-    unitree_go_msg_dds__LowState_ s;
-    memset(&s, 0, sizeof s);
-    for (int k = 0; k < LEGS; k++) {
-        s.motor_state[k].q = m->q[k];
-        s.motor_state[k].dq = m->v[k];
-    }
-    memcpy(s.imu_state.quaternion, m->quaternion, sizeof m->quaternion);
-    memcpy(s.imu_state.gyroscope, m->gyroscope, sizeof m->gyroscope);
-    s.tick = 12345;
-    s.crc = tfa_unitree_go_crc(&s);
-    return s;
+    STATE_OF(go, 0, tick, m);
 }
 
-/* The legs are motors 15 to 26 of this one. */
+static unitree_go_msg_dds__LowState_ go_state(const motion *m)
+{
+    return go_state_at(m, 12345);
+}
+
 static unitree_hg_msg_dds__LowState_ hg_state(const motion *m)
 {
-    unitree_hg_msg_dds__LowState_ s;
-    memset(&s, 0, sizeof s);
-    for (int k = 0; k < LEGS; k++) {
-        s.motor_state[15 + k].q = m->q[k];
-        s.motor_state[15 + k].dq = m->v[k];
-    }
-    memcpy(s.imu_state.quaternion, m->quaternion, sizeof m->quaternion);
-    memcpy(s.imu_state.gyroscope, m->gyroscope, sizeof m->gyroscope);
-    s.tick = 54321;
-    s.crc = tfa_unitree_hg_crc(&s);
-    return s;
+    STATE_OF(hg, 15, 54321, m);
 }
 
 static void expect(const motion *m, double qdd[LEGS])
@@ -122,28 +117,27 @@ static void expect(const motion *m, double qdd[LEGS])
     assert_int_equal(tfa_compute(workspace, &request, &reply), TFA_OK);
 }
 
-static void publish_efforts(dds_entity_t writer, const motion *m)
+static void publish_efforts(const struct robot *r, const motion *m)
 {
     const sensor_msgs_msg_dds__JointState_ sample = {
         .header = {{3, 4}, "policy"},
         .name = PEER_SEQUENCE(LEGS, motor_joints),
         .effort = PEER_SEQUENCE(LEGS, (double *)(uintptr_t)m->tau)};
-    assert_int_equal(dds_write(writer, &sample), DDS_RETCODE_OK);
+    assert_int_equal(dds_write(r->efforts, &sample), DDS_RETCODE_OK);
 }
 
 /* Publishes the motion with an effort that no message of before had. @return whether the answer
  * comes soon; no answer to a command of before is then left */
-static bool is_answered(dds_entity_t state, const void *low_state, dds_entity_t efforts,
-                        dds_entity_t answers, motion m)
+static bool is_answered(const struct robot *r, const void *low_state, motion m)
 {
     static trajectory_msgs_msg_dds__JointTrajectory_ sample;
     static double effort = 1;
     double qdd[LEGS];
     m.tau[0] = effort += 0.001;
     expect(&m, qdd);
-    assert_int_equal(dds_write(state, low_state), DDS_RETCODE_OK);
-    publish_efforts(efforts, &m);
-    while (ros2_peer_take(answers, &sample, 200)) {
+    assert_int_equal(dds_write(r->state, low_state), DDS_RETCODE_OK);
+    publish_efforts(r, &m);
+    while (ros2_peer_take(r->answers, &sample, 200)) {
         assert_int_equal(sample.header.stamp.sec, 3);
         assert_int_equal(sample.joint_names._length, LEGS);
         if (memcmp(sample.points._buffer[0].accelerations._buffer, qdd, sizeof qdd) == 0)
@@ -153,10 +147,9 @@ static bool is_answered(dds_entity_t state, const void *low_state, dds_entity_t 
 }
 
 /* Publishes until the answer comes: what is sent before the other side has matched is lost. */
-static void assert_answer(dds_entity_t state, const void *low_state, dds_entity_t efforts,
-                          dds_entity_t answers, const motion *m)
+static void assert_answer(const struct robot *r, const void *low_state, const motion *m)
 {
-    assert_true(WAIT_FOR(is_answered(state, low_state, efforts, answers, *m)));
+    assert_true(WAIT_FOR(is_answered(r, low_state, *m)));
 }
 
 TEST(motors_become_joints_and_the_imu_the_base)
@@ -165,8 +158,8 @@ TEST(motors_become_joints_and_the_imu_the_base)
         const motion m = motion_of(seed), n = motion_of(100 + seed);
         const unitree_go_msg_dds__LowState_ dog = go_state(&m);
         const unitree_hg_msg_dds__LowState_ man = hg_state(&n);
-        assert_answer(go, &dog, go_efforts, go_answers, &m);
-        assert_answer(hg, &man, hg_efforts, hg_answers, &n);
+        assert_answer(&go, &dog, &m);
+        assert_answer(&hg, &man, &n);
     }
 }
 
@@ -178,8 +171,8 @@ TEST(a_wrong_crc_is_refused)
     unitree_hg_msg_dds__LowState_ man = hg_state(&m);
     dog.motor_state[19].q_raw = 1e-3f;
     man.crc ^= 1;
-    assert_int_equal(dds_write(go, &dog), DDS_RETCODE_OK);
-    assert_int_equal(dds_write(hg, &man), DDS_RETCODE_OK);
+    assert_int_equal(dds_write(go.state, &dog), DDS_RETCODE_OK);
+    assert_int_equal(dds_write(hg.state, &man), DDS_RETCODE_OK);
     assert_true(arm_await_diagnostic(&node, "dog/totalforce: /lowstate", "crc 0x") > 0);
     assert_true(arm_await_diagnostic(&node, "man/totalforce: /man/lowstate", "crc 0x") >= 0);
 }
@@ -190,25 +183,17 @@ TEST(a_motor_that_is_not_finite_is_refused_by_its_joint)
     unitree_go_msg_dds__LowState_ dog = go_state(&m);
     dog.motor_state[3].dq = NAN;
     dog.crc = tfa_unitree_go_crc(&dog);
-    assert_int_equal(dds_write(go, &dog), DDS_RETCODE_OK);
+    assert_int_equal(dds_write(go.state, &dog), DDS_RETCODE_OK);
     assert_true(arm_await_diagnostic(&node, "dog/totalforce: /lowstate",
                                      "joint 'FL_hip_joint': velocity is not finite") > 0);
-}
-
-static unitree_go_msg_dds__LowState_ go_state_at(const motion *m, uint32_t tick)
-{
-    unitree_go_msg_dds__LowState_ s = go_state(m);
-    s.tick = tick;
-    s.crc = tfa_unitree_go_crc(&s);
-    return s;
 }
 
 /* Of two states the second one, with a text in the diagnostics */
 static bool is_refused(const unitree_go_msg_dds__LowState_ *first,
                        const unitree_go_msg_dds__LowState_ *second, const char *text)
 {
-    assert_int_equal(dds_write(go, first), DDS_RETCODE_OK);
-    assert_int_equal(dds_write(go, second), DDS_RETCODE_OK);
+    assert_int_equal(dds_write(go.state, first), DDS_RETCODE_OK);
+    assert_int_equal(dds_write(go.state, second), DDS_RETCODE_OK);
     return arm_find_diagnostic(&node, "dog/totalforce: /lowstate", text) > 0;
 }
 
@@ -220,11 +205,11 @@ TEST(a_replayed_state_is_refused)
     const unitree_go_msg_dds__LowState_ replayed = go_state_at(&before, UINT32_MAX - 10),
                                         last = go_state_at(&now, UINT32_MAX),
                                         wrapped = go_state_at(&later, 5);
-    assert_answer(go, &last, go_efforts, go_answers, &now); /* after a rest */
+    assert_answer(&go, &last, &now); /* after a rest */
     assert_true(WAIT_FOR(is_refused(&last, &replayed, "5 after tick 4294967295")));
-    assert_answer(go, &wrapped, go_efforts, go_answers, &later);
+    assert_answer(&go, &wrapped, &later);
     assert_true(WAIT_FOR(is_refused(&wrapped, &replayed, "tick 4294967285 after tick 5")));
-    assert_answer(go, &wrapped, go_efforts, go_answers, &later);
+    assert_answer(&go, &wrapped, &later);
 }
 
 /* After the last message the state ages, and nothing is answered. */
@@ -233,12 +218,12 @@ TEST(a_robot_that_falls_silent_is_stale)
     const motion m = motion_of(22);
     const unitree_go_msg_dds__LowState_ dog = go_state(&m);
     static trajectory_msgs_msg_dds__JointTrajectory_ sample;
-    assert_answer(old, &dog, old_efforts, old_answers, &m);
+    assert_answer(&old, &dog, &m);
     assert_int_equal(
         arm_await_diagnostic(&node, "old/totalforce: /old/lowstate", "the limit is 500 ms"), 3);
-    publish_efforts(old_efforts, &m);
+    publish_efforts(&old, &m);
     assert_true(arm_await_diagnostic(&node, "old/totalforce: answers", "is too old") > 0);
-    assert_false(ros2_peer_take(old_answers, &sample, 0));
+    assert_false(ros2_peer_take(old.answers, &sample, 0));
 }
 
 /* Fewer motors than the type has: the message is shorter, Cyclone does not deliver it. */
@@ -311,27 +296,20 @@ TEST(the_graph_is_that_of_the_release)
 
 #define LONG_AGE "3600000"
 
-static dds_entity_t answers_of(const char *topic)
-{
-    return ros2_peer_reader(node.participant, &trajectory_msgs_msg_dds__JointTrajectory__desc,
-                            topic, PEER_DEFAULT);
-}
-
 static void open_node(void)
 {
-    const dds_entity_t p = node.participant = ros2_peer_open(test_domain());
-    const dds_topic_descriptor_t *efforts = &sensor_msgs_msg_dds__JointState__desc;
-    go = ros2_peer_writer(p, &unitree_go_msg_dds__LowState__desc, "rt/lowstate", PEER_DEFAULT);
-    hg = ros2_peer_writer(p, &unitree_hg_msg_dds__LowState__desc, "rt/man/lowstate", PEER_SENSOR);
-    go_efforts = ros2_peer_writer(p, efforts, "rt/dog/efforts", PEER_DEFAULT);
-    hg_efforts = ros2_peer_writer(p, efforts, "rt/man/efforts", PEER_DEFAULT);
-    go_answers = answers_of("rt/dog/totalforce/accelerations");
-    hg_answers = answers_of("rt/man/totalforce/accelerations");
-    old = ros2_peer_writer(p, &unitree_go_msg_dds__LowState__desc, "rt/old/lowstate", PEER_DEFAULT);
-    old_efforts = ros2_peer_writer(p, efforts, "rt/old/efforts", PEER_DEFAULT);
-    old_answers = answers_of("rt/old/totalforce/accelerations");
-    node.diagnostics = ros2_peer_reader(p, &diagnostic_msgs_msg_dds__DiagnosticArray__desc,
-                                        "rt/diagnostics", PEER_ALL);
+    const dds_topic_descriptor_t *efforts = &sensor_msgs_msg_dds__JointState__desc,
+                                 *answers = &trajectory_msgs_msg_dds__JointTrajectory__desc;
+    arm_node_watch(&node);
+    go.state = open_writer(&unitree_go_msg_dds__LowState__desc, PEER_DEFAULT, "rt/lowstate");
+    hg.state = open_writer(&unitree_hg_msg_dds__LowState__desc, PEER_SENSOR, "rt/man/lowstate");
+    old.state = open_writer(&unitree_go_msg_dds__LowState__desc, PEER_DEFAULT, "rt/old/lowstate");
+    go.efforts = open_writer(efforts, PEER_DEFAULT, "rt/dog/efforts");
+    hg.efforts = open_writer(efforts, PEER_DEFAULT, "rt/man/efforts");
+    old.efforts = open_writer(efforts, PEER_DEFAULT, "rt/old/efforts");
+    go.answers = open_reader(answers, "rt/dog/totalforce/accelerations");
+    hg.answers = open_reader(answers, "rt/man/totalforce/accelerations");
+    old.answers = open_reader(answers, "rt/old/totalforce/accelerations");
 }
 
 static int serve(void **state)
@@ -339,12 +317,11 @@ static int serve(void **state)
     const tfa_model_options floating = {.base = TFA_BASE_FLOATING};
     char more[128];
     (void)state;
-    model = bundled_model("quadruped.urdf", &floating);
-    workspace = workspace_for(model, NULL);
+    load_robot("quadruped.urdf", &floating);
     snprintf(more, sizeof more,
              "ros2: {enabled: yes, domain: %u, release: humble, discovery_range: "
              "system_default}\n",
-             test_domain());
+             arm_domain());
     running = harness_make(
         ROBOT("dog", "go", LONG_AGE, "        motors: [" MOTORS "]\n")
             ROBOT("man", "hg", LONG_AGE,
@@ -357,16 +334,6 @@ static int serve(void **state)
         more);
     harness_start(&running, "dog");
     open_node();
-    return 0;
-}
-
-static int stop(void **state)
-{
-    (void)state;
-    assert_int_equal(dds_delete(node.participant), DDS_RETCODE_OK);
-    harness_remove(&running);
-    tfa_workspace_free(workspace);
-    tfa_model_free(model);
     return 0;
 }
 

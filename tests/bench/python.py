@@ -21,21 +21,15 @@ import totalforce as tf
 
 ROBOTS = pathlib.Path(__file__).resolve().parents[2] / "config" / "robots"
 COUNT = 512
-CASES = [
-    ("arm7", "fixed"),
-    ("quadruped", "floating"),
-    ("humanoid", "floating"),
-    ("snake64", "fixed"),
-]
+CASES = [("arm7", "fixed"), ("quadruped", "floating"), ("humanoid", "floating"),
+         ("snake64", "fixed")]
 
 
 def states(model, count):
     random = np.random.default_rng(1)
-    fields = {
-        "q": random.uniform(-1, 1, (count, model.q_count)),
-        "v": random.uniform(-1, 1, (count, model.v_count)),
-        "tau": random.uniform(-1, 1, (count, model.v_count)),
-    }
+    fields = {"q": random.uniform(-1, 1, (count, model.q_count)),
+              "v": random.uniform(-1, 1, (count, model.v_count)),
+              "tau": random.uniform(-1, 1, (count, model.v_count))}
     if model.base_freedoms:
         fields["base_pose"] = np.tile([0, 0, 0, 0, 0, 0, 1.0], (count, 1))
     return fields
@@ -57,12 +51,8 @@ def compare(solver, op, fields, rounds, seconds=0.002):
     for _ in range(rounds):
         c = solver._time(repetitions, op, **fields)
         pairs.append((c, of_python(function, repetitions, fields)))
-    return (
-        statistics.median(c for c, _ in pairs),
-        statistics.median(p for _, p in pairs),
-        statistics.median(p / c for c, p in pairs),
-        statistics.median(p - c for c, p in pairs),
-    )
+    return (statistics.median(c for c, _ in pairs), statistics.median(p for _, p in pairs),
+            statistics.median(p / c for c, p in pairs), statistics.median(p - c for c, p in pairs))
 
 
 def processor():

@@ -11,15 +11,11 @@ import totalforce as tf
 from support import Case, load, state
 
 
-class Unaligned:
-    """float64 arrays that numpy does not call aligned or contiguous"""
-
-    @staticmethod
-    def of(array):
-        raw = np.zeros(array.nbytes + 1, dtype=np.uint8)
-        view = raw[1:].view(np.float64).reshape(array.shape)
-        view[...] = array
-        return view
+def unaligned(array):
+    """The same numbers where numpy does not call them aligned"""
+    view = np.zeros(array.nbytes + 1, dtype=np.uint8)[1:].view(np.float64).reshape(array.shape)
+    view[...] = array
+    return view
 
 
 class Arrays(Case):
@@ -30,47 +26,32 @@ class Arrays(Case):
         self.qdd = self.workspace.forward_dynamics(**self.fields).qdd
 
     def test_every_array_of_the_same_numbers_gives_the_same_bits(self):
-        read_only = self.fields["q"].copy()
+        q = self.fields["q"]
+        read_only = q.copy()
         read_only.flags.writeable = False
 
         class Own(np.ndarray):
             pass
 
-        variants = {
-            "read-only": read_only,
-            "Fortran order": np.asfortranarray(self.fields["q"]),
-            "reversed twice": np.ascontiguousarray(self.fields["q"][:, ::-1])[:, ::-1],
-            "every second row": np.repeat(self.fields["q"], 2, axis=0)[::2],
-            "other byte order": self.fields["q"].astype(">f8"),
-            "unaligned": Unaligned.of(self.fields["q"]),
-            "list": self.fields["q"].tolist(),
-            "list of arrays": list(self.fields["q"]),
-            "tuple of tuples": tuple(map(tuple, self.fields["q"])),
-            "subclass": self.fields["q"].view(Own),
-            "memoryview": memoryview(self.fields["q"]),
-        }
-        for name, q in variants.items():
+        variants = {"read-only": read_only, "Fortran order": np.asfortranarray(q),
+                    "reversed twice": np.ascontiguousarray(q[:, ::-1])[:, ::-1],
+                    "every second row": np.repeat(q, 2, axis=0)[::2],
+                    "other byte order": q.astype(">f8"), "unaligned": unaligned(q),
+                    "list": q.tolist(), "list of arrays": list(q),
+                    "tuple of tuples": tuple(map(tuple, q)), "subclass": q.view(Own),
+                    "memoryview": memoryview(q)}
+        for name, variant in variants.items():
             with self.subTest(name):
-                got = self.workspace.forward_dynamics(q, self.fields["v"], self.fields["tau"]).qdd
-                self.same_bits(got, self.qdd, name)
+                reply = self.workspace.forward_dynamics(**{**self.fields, "q": variant})
+                self.same_bits(reply.qdd, self.qdd, name)
 
     def test_other_types_are_converted_and_lossy_ones_refused(self):
         for kind in (np.float32, np.float16, np.int64, np.int8, np.uint16, bool):
             q = np.array([1, 0, 1, 1, 0, 1, 0], dtype=kind)
-            self.same_bits(
-                self.workspace.mass_matrix(q).M,
-                self.workspace.mass_matrix(q.astype(float)).M,
-                str(kind),
-            )
-        for q in (
-            np.zeros(7, complex),
-            np.zeros(7, np.longdouble),
-            np.array(["1"] * 7),
-            np.array([None] * 7),
-            np.zeros(7, "datetime64[s]"),
-            [object()] * 7,
-            [1j] * 7,
-        ):
+            self.same_bits(self.workspace.mass_matrix(q).M,
+                           self.workspace.mass_matrix(q.astype(float)).M, str(kind))
+        for q in (np.zeros(7, complex), np.zeros(7, np.longdouble), np.array(["1"] * 7),
+                  np.array([None] * 7), np.zeros(7, "datetime64[s]"), [object()] * 7, [1j] * 7):
             with self.fails(tf.InputTypeError, "q: cannot be read", field="q"):
                 self.workspace.mass_matrix(q)
         with self.fails(tf.InputError, "q: cannot be read", field="q"):
@@ -88,27 +69,15 @@ class Arrays(Case):
 
     def test_shapes(self):
         q = self.fields["q"]
-        self.assertEqual(self.workspace.mass_matrix(q[0]).M.shape, (7, 7))
-        self.assertEqual(self.workspace.mass_matrix(q).M.shape, (5, 7, 7))
-        self.assertEqual(self.workspace.mass_matrix(q[:1]).M.shape, (1, 7, 7))
-        joints = (
-            "the robot has 7 joints (joint_1, joint_2, joint_3, joint_4, joint_5, joint_6, joint_7)"
-        )
-        for bad, shape in (
-            (q[0, :6], "(6,)"),
-            (q[:, :6], "(5, 6)"),
-            (q[None], "(1, 5, 7)"),
-            (np.float64(1), "()"),
-            (np.array(1.0), "()"),
-            (np.zeros((7, 0)), "(7, 0)"),
-            (np.zeros(0), "(0,)"),
-        ):
-            with self.fails(
-                tf.InputError,
-                f"q: shape {shape}, must be (7,) or (count, 7): {joints}",
-                field="q",
-                status="E_SIZE",
-            ):
+        for some, shape in ((q[0], (7, 7)), (q, (5, 7, 7)), (q[:1], (1, 7, 7))):
+            self.assertEqual(self.workspace.mass_matrix(some).M.shape, shape)
+        joints = f"the robot has 7 joints ({', '.join(f'joint_{k}' for k in range(1, 8))})"
+        for bad, shape in ((q[0, :6], "(6,)"), (q[:, :6], "(5, 6)"), (q[None], "(1, 5, 7)"),
+                           (np.float64(1), "()"), (np.array(1.0), "()"),
+                           (np.zeros((7, 0)), "(7, 0)"), (np.zeros(0), "(0,)")):
+            with self.fails(tf.InputError,
+                            f"q: shape {shape}, must be (7,) or (count, 7): {joints}", field="q",
+                            status="E_SIZE"):
                 self.workspace.mass_matrix(bad)
         with self.fails(tf.InputError, "q: 0 states", field="q"):
             self.workspace.mass_matrix(np.zeros((0, 7)))
@@ -121,32 +90,17 @@ class Arrays(Case):
             self.workspace.mass_matrix(huge)
 
     def test_one_state_is_repeated_in_a_batch(self):
-        zero = np.zeros((5, 7))
-        got = self.workspace.forward_dynamics(self.fields["q"], np.zeros(7), {"joint_2": 3.0}).qdd
-        zero_tau = zero.copy()
-        zero_tau[:, 1] = 3
-        self.same_bits(
-            got, self.workspace.forward_dynamics(self.fields["q"], zero, zero_tau).qdd, "repeated"
-        )
+        q, tau = self.fields["q"], np.zeros((5, 7))
+        tau[:, 1] = 3
+        self.same_bits(self.workspace.forward_dynamics(q, np.zeros(7), {"joint_2": 3.0}).qdd,
+                       self.workspace.forward_dynamics(q, np.zeros((5, 7)), tau).qdd, "repeated")
 
     def test_joints_by_name(self):
-        q = np.zeros(7)
-        q[3] = -1
-        self.same_bits(
-            self.workspace.mass_matrix({"joint_4": -1}).M,
-            self.workspace.mass_matrix(q).M,
-            "by name",
-        )
-        self.same_bits(
-            self.workspace.mass_matrix({3: -1.0}).M, self.workspace.mass_matrix(q).M, "by index"
-        )
-        with self.fails(
-            tf.InputError,
-            "q: no moving joint 'joint_9'; nearest: 'joint_1'",
-            joint="joint_9",
-            field="q",
-            status="E_JOINT",
-        ):
+        whole = self.workspace.mass_matrix([0, 0, 0, -1, 0, 0, 0]).M
+        for q in ({"joint_4": -1}, {3: -1.0}):
+            self.same_bits(self.workspace.mass_matrix(q).M, whole, q)
+        with self.fails(tf.InputError, "q: no moving joint 'joint_9'; nearest: 'joint_1'",
+                        joint="joint_9", field="q", status="E_JOINT"):
             self.workspace.mass_matrix({"joint_9": 1})
         with self.fails(tf.InputError, "q.joint_1: 2 numbers"):
             self.workspace.mass_matrix({"joint_1": [1, 2]})
@@ -225,9 +179,8 @@ class Arrays(Case):
             self.workspace.derivatives(self.fields["q"], only=["x"])
 
     def test_reply_is_a_mapping(self):
-        reply = self.workspace.forward_dynamics(
-            self.fields["q"][0], tips="tool0", want=["lambda", "com", "energy", "spectrum"]
-        )
+        reply = self.workspace.forward_dynamics(self.fields["q"][0], tips="tool0",
+                                                want=["lambda", "com", "energy", "spectrum"])
         self.assertEqual(set(reply), set(reply.keys()))
         self.assertEqual(set(dict(reply)), set(reply))
         self.assertEqual(len(reply), len(reply.keys()))
@@ -264,9 +217,8 @@ class Arrays(Case):
         self.same_bits(by_name, by_order, "acceleration")
         point = self.workspace.task_torques(q[0], acceleration={"tool0": [0, 0, 1]})
         self.assertEqual(point.lambda_inv.shape, (3, 3))
-        two = self.workspace.task_torques(
-            q, acceleration={"tool0": [0, 0, 1], "link_4": six[:, :3]}
-        )
+        two = self.workspace.task_torques(q,
+                                          acceleration={"tool0": [0, 0, 1], "link_4": six[:, :3]})
         self.assertEqual(two.lambda_inv.shape, (5, 6, 6))
 
     def test_arrays_that_change_while_they_are_read(self):

@@ -23,11 +23,9 @@ class Clients(Case):
                 self.assertEqual((client.slots, client.max_batch, client.max_tips), (4, 8, 2))
                 workspace = tf.Workspace(load("arm7"))
                 fields = state(workspace.model, np.random.default_rng(1), 8)
-                ids = [
-                    client.send("forward_dynamics", **fields),
-                    client.send("mass_matrix", fields["q"][0]),
-                    client.send("forward_dynamics", fields["q"][0], [float("nan")] * 7),
-                ]
+                ids = [client.send("forward_dynamics", **fields),
+                       client.send("mass_matrix", fields["q"][0]),
+                       client.send("forward_dynamics", fields["q"][0], [float("nan")] * 7)]
                 self.assertEqual(client.outstanding, 3)
                 with self.fails(tf.InputError):  # receive the replies first
                     client.mass_matrix(fields["q"][0])
@@ -174,9 +172,8 @@ kept = client
                 folder,
             )
             self.assertEqual(done.stderr, "")
-            self.assertEqual(
-                done.stdout, "the client was made before a fork: make one in this " "process\n0\n"
-            )
+            self.assertEqual(done.stdout,
+                             "the client was made before a fork: make one in this " "process\n0\n")
 
     def test_no_leak(self):
         with daemon([("arm", "arm7", "fixed")]) as (folder, _):

@@ -26,9 +26,8 @@ PARTS = [
     ("slide", "prismatic", "tail", ""),
 ]  # fmt: skip
 NAMES = ["root", *(part[0] for part in PARTS)]
-MADE = "<robot name='made'>{}{}</robot>".format(
-    "".join(map(LINK.format, NAMES)), "".join(JOINT.format(*part) for part in PARTS)
-)
+MADE = "<robot name='made'>{}{}</robot>".format("".join(map(LINK.format, NAMES)),
+                                                "".join(JOINT.format(*part) for part in PARTS))
 
 
 def robots():
@@ -62,9 +61,8 @@ class Configurations(support.Case):
             rng = np.random.default_rng(3)
             q, p = model.random_configuration(rng, 50), model.random_configuration(rng, 50)
             v = model.difference(q, p)
-            np.testing.assert_allclose(
-                poses(model, model.integrate(q, v)), poses(model, p), rtol=0, atol=1e-9, err_msg=what
-            )
+            np.testing.assert_allclose(poses(model, model.integrate(q, v)), poses(model, p), rtol=0,
+                                       atol=1e-9, err_msg=what)
             for scale in (1.8, 1e-3, 1e-9, 0):  # norms of rotations stay below pi
                 v = velocities(model, rng, scale, (50,))
                 back = model.difference(q, model.integrate(q, **v))
@@ -101,9 +99,8 @@ class Configurations(support.Case):
             self.near(model.integrate(start), start, what, 0)
             for x in model.difference(start, start):
                 self.assertTrue(x is None or not np.any(x), what)
-            reply = tf.Workspace(model).kinematics(
-                start.q, base_pose=start.base_pose, tips=model.links[0], want="pose"
-            )
+            reply = tf.Workspace(model).kinematics(start.q, base_pose=start.base_pose,
+                                                   tips=model.links[0], want="pose")
             self.near(reply.pose, [[0, 0, 0, 0, 0, 0, 1]], what, 0)
 
     def test_batches(self):
@@ -114,11 +111,8 @@ class Configurations(support.Case):
             moved = model.integrate(p, v, dt=0.5)
             for k in range(7):
                 one = tf.Configuration([x if x is None else x[k] for x in q])
-                for got, wanted in (
-                    (model.difference(one, p), v),
-                    (model.difference(p, one), back),
-                    (model.integrate(p, model.difference(one, p), dt=0.5), moved),
-                ):
+                for got, wanted in ((model.difference(one, p), v), (model.difference(p, one), back),
+                                    (model.integrate(p, model.difference(one, p), dt=0.5), moved)):
                     for a, b in zip(got, wanted):
                         self.assertEqual(a is None, b is None)
                         if a is not None:
@@ -146,13 +140,8 @@ class Configurations(support.Case):
 
     def test_limits(self):
         inf = np.inf
-        wanted = {
-            "table": (-inf, inf, inf, inf),
-            "drone": (-inf, inf, 2, 3),
-            "wheel": (-inf, inf, inf, inf),
-            "lead": (-1, 1, 0, 9),
-            "tail": (-1, 3, 7, inf),
-        }
+        wanted = {"table": (-inf, inf, inf, inf), "drone": (-inf, inf, 2, 3),
+                  "wheel": (-inf, inf, inf, inf), "lead": (-1, 1, 0, 9), "tail": (-1, 3, 7, inf)}
         model = tf.Model(MADE, mimic="project")
         for one in (model, model.derive(gravity=[0, 0, 0]), pickle.loads(pickle.dumps(model))):
             self.assertEqual(one.joint_limits(wanted), wanted)

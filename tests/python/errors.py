@@ -265,9 +265,8 @@ class Robots(Case):
             self.assertEqual(tf.joint_limits(path, ["k"]), {"k": none})
             with self.assertRaises(tf.MissingFileError) as caught:
                 tf.Model(folder + "/none.urdf")
-            self.assertEqual(
-                (caught.exception.errno, caught.exception.filename), (2, folder + "/none.urdf")
-            )
+            self.assertEqual((caught.exception.errno, caught.exception.filename),
+                             (2, folder + "/none.urdf"))
             with self.assertRaises(tf.FileError):
                 tf.Model(folder)
 

@@ -46,14 +46,9 @@ class Examples(support.Case):
                     self.comes_to_its_result(name, file, tip)
 
     def comes_to_its_result(self, name, *arguments):
-        done = subprocess.run(
-            [sys.executable, "-W", "error", str(EXAMPLES / name), *arguments],
-            capture_output=True,
-            text=True,
-            timeout=5 * support.WAIT,
-            cwd=support.SOURCE,
-            env=dict(os.environ),
-        )
+        done = subprocess.run([sys.executable, "-W", "error", str(EXAMPLES / name), *arguments],
+                              capture_output=True, text=True, timeout=5 * support.WAIT,
+                              cwd=support.SOURCE, env=dict(os.environ))
         self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)
         pattern, bound = RESULTS[name]
         found = re.search(pattern, done.stdout)

@@ -53,24 +53,15 @@ class Installed(support.Case):
     def test_package(self):
         with tempfile.TemporaryDirectory(prefix="tfinst") as prefix:
             build = support.BIN.parent
-            subprocess.run(
-                ["cmake", "--install", str(build), "--prefix", prefix],
-                check=True,
-                stdout=subprocess.DEVNULL,
-            )
+            subprocess.run(["cmake", "--install", str(build), "--prefix", prefix], check=True,
+                           stdout=subprocess.DEVNULL)
             with open(build / "CMakeCache.txt") as cache:
                 entry = [line for line in cache if line.startswith("TFA_PYTHON_DIR:")]
             path = f"{prefix}/{entry[0].strip().split('=')[1]}"
             environment = {**os.environ, "PYTHONPATH": path}
             environment.pop("LD_LIBRARY_PATH", None)
-            done = subprocess.run(
-                [sys.executable, "-c", CODE],
-                cwd=support.SOURCE,
-                env=environment,
-                capture_output=True,
-                text=True,
-                timeout=5 * support.WAIT,
-            )
+            done = subprocess.run([sys.executable, "-c", CODE], cwd=support.SOURCE, env=environment,
+                                  capture_output=True, text=True, timeout=5 * support.WAIT)
             self.assertEqual(done.returncode, 0, done.stderr)
             lines = done.stdout.splitlines()
             self.assertEqual(lines[:2], [f"{path}/totalforce", "(7, 7)"])

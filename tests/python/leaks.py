@@ -92,22 +92,12 @@ class Leaks(Case):
 
     def test_failing_calls(self):
         q, w = np.zeros(7), self.workspace
-        bad = [
-            dict(v=np.zeros(6)),
-            dict(v=[[1], [1, 2]]),
-            dict(tips=["nothing"]),
-            dict(nothing=1),
-            dict(tau=np.full(7, np.nan)),
-            dict(out=q),
-            dict(out={"qdd": np.zeros(6)}),
-            dict(wrench={"tool0": np.zeros(6), "link_1": np.zeros(5)}),
-            dict(payload={"link": "x"}),
-            dict(locked=["joint_1", "x"]),
-            dict(method="x"),
-            dict(v=np.zeros((2, 7)), tau=np.zeros((3, 7))),
-            dict(tips=["tool0"] * 9),
-            dict(want=["lambda"], tips=[2, "x"]),
-        ]
+        bad = [dict(v=np.zeros(6)), dict(v=[[1], [1, 2]]), dict(tips=["nothing"]), dict(nothing=1),
+               dict(tau=np.full(7, np.nan)), dict(out=q), dict(out={"qdd": np.zeros(6)}),
+               dict(wrench={"tool0": np.zeros(6), "link_1": np.zeros(5)}),
+               dict(payload={"link": "x"}), dict(locked=["joint_1", "x"]), dict(method="x"),
+               dict(v=np.zeros((2, 7)), tau=np.zeros((3, 7))), dict(tips=["tool0"] * 9),
+               dict(want=["lambda"], tips=[2, "x"])]
 
         def repeat(n):
             for _ in range(n // len(bad) + 1):
@@ -136,13 +126,8 @@ class Leaks(Case):
     def test_objects(self):
         def repeat(n):
             for _ in range(n):
-                model = tf.Model(
-                    support.ROBOTS / "arm6.urdf",
-                    gravity=[0, 0, 0],
-                    tips="tool0",
-                    payload={"link": "tool0", "mass": 1},
-                    locked={"joint_1": 0.1},
-                )
+                model = tf.Model(support.ROBOTS / "arm6.urdf", gravity=[0, 0, 0], tips="tool0",
+                                 payload={"link": "tool0", "mass": 1}, locked={"joint_1": 0.1})
                 tf.Workspace(model.derive(gravity=[0, 0, 1]))
                 tf.Pool(model, 1).close()
                 for wrong in (dict(base="x"), dict(locked=["x"]), dict(payload=[3])):

@@ -15,16 +15,9 @@ import support
 import totalforce as tf
 from support import Case, ROBOTS, load, state
 
-SCENE = {
-    "base": "floating",
-    "gravity": np.array([0, 0, -1.62]),
-    "locked": {"FL_hip_joint": 0.1},
-    "payload": [{"link": "FL_foot", "mass": 0.5, "com": [0, 0, 0.1]}],
-    "damping": True,
-    "friction": True,
-    "friction_velocity": 0.02,
-    "rotors": {"FL_hip_joint": 1e-4},
-}
+SCENE = {"base": "floating", "gravity": np.array([0, 0, -1.62]), "locked": {"FL_hip_joint": 0.1},
+         "payload": [{"link": "FL_foot", "mass": 0.5, "com": [0, 0, 0.1]}], "damping": True,
+         "friction": True, "friction_velocity": 0.02, "rotors": {"FL_hip_joint": 1e-4}}
 
 
 def again(value):
@@ -39,13 +32,10 @@ def hash_and_reply(model, fields):
 class Pickling(Case):
     def test_models(self):
         arm = load("arm7")
-        models = [
-            arm,
-            load("quadruped", **SCENE),
-            tf.Model.parse((ROBOTS / "arm6.urdf").read_text(), snap=1e-3, tips=("tool0",)),
-            arm.derive(gravity=[1, 2, 3]),
-            arm.derive(payload={"link": "tool0", "mass": 2}).derive(gravity=(0, 0, 0)),
-        ]
+        models = [arm, load("quadruped", **SCENE),
+                  tf.Model.parse((ROBOTS / "arm6.urdf").read_text(), snap=1e-3, tips=("tool0",)),
+                  arm.derive(gravity=[1, 2, 3]),
+                  arm.derive(payload={"link": "tool0", "mass": 2}).derive(gravity=(0, 0, 0))]
         for model in models:
             with self.subTest(model=model):
                 for protocol in range(2, pickle.HIGHEST_PROTOCOL + 1):
@@ -132,11 +122,8 @@ class Pickling(Case):
     def test_replies(self):
         arm = tf.Workspace(load("arm7"))
         for q in (np.zeros(7), np.linspace(0, 1, 21).reshape(3, 7)):
-            for reply in (
-                arm.mass_matrix(q),
-                arm.forward_dynamics(q, estimate="always"),
-                arm.operational_inertia(q, ["tool0"], want=["spectrum", "lambda", "p"]),
-            ):
+            for reply in (arm.mass_matrix(q), arm.forward_dynamics(q, estimate="always"),
+                          arm.operational_inertia(q, ["tool0"], want=["spectrum", "lambda", "p"])):
                 self.same_reply(again(reply), reply)
         reply = again(arm.mass_matrix(np.zeros(7)))
         arm.mass_matrix(np.ones(7), out=reply)
@@ -144,25 +131,18 @@ class Pickling(Case):
 
     def test_errors_with_replies(self):
         with self.assertRaises(tf.NotComputedError) as caught:
-            tf.Workspace(load("arm6")).task_torques(
-                np.array([[0.3, -1, 1, 0.2, 0.5, 0.1], [0, -1, 0, 0, 0, 0]]),
-                acceleration={"tool0": [0, 0, 1, 0, 0, 0]},
-                rank_loss="refuse",
-            )
+            tf.Workspace(load("arm6")).task_torques(np.array([[0.3, -1, 1, 0.2, 0.5, 0.1],
+                                                              [0, -1, 0, 0, 0, 0]]),
+                                                    acceleration={"tool0": [0, 0, 1, 0, 0, 0]},
+                                                    rank_loss="refuse")
         copy = again(caught.exception)
         self.assertEqual((copy.status, copy.state), ("E_RANK", 1))
         self.same_bits(copy.reply.tau[0], caught.exception.reply.tau[0], "the good state")
 
     def test_broken_pickles(self):
         restore, arguments = tf.Workspace(load("arm7")).mass_matrix(np.zeros(7)).__reduce__()
-        for k, wrong in (
-            (1, 1),
-            (4, b""),
-            (5, b"short"),
-            (6, np.zeros(3)),
-            (7, {"M": 3}),
-            (7, {"N": np.zeros(1)}),
-        ):
+        for k, wrong in ((1, 1), (4, b""), (5, b"short"), (6, np.zeros(3)), (7, {"M": 3}),
+                         (7, {"N": np.zeros(1)})):
             with self.subTest(k=k, wrong=wrong), self.assertRaises(ValueError):
                 restore(*arguments[:k], wrong, *arguments[k + 1 :])
 
@@ -186,22 +166,15 @@ class Sources(Case):
             share.mkdir(parents=True)
             (share / "arm.urdf").write_bytes((ROBOTS / "arm7.urdf").read_bytes())
             with unittest.mock.patch.dict(os.environ, AMENT_PREFIX_PATH=folder, HOME=folder):
-                for name in (
-                    "package://my_arm/arm.urdf",
-                    "$(find my_arm)/arm.urdf",
-                    "~/share/my_arm/arm.urdf",
-                    f"file://{share}/arm.urdf",
-                ):
+                for name in ("package://my_arm/arm.urdf", "$(find my_arm)/arm.urdf",
+                             "~/share/my_arm/arm.urdf", f"file://{share}/arm.urdf"):
                     model = tf.Model(name)
                     self.assertEqual(model.hash, load("arm7").hash)
                     self.assertIn(f"{share}/arm.urdf", model.notes[0])
                     self.assertIn("joint_1", tf.joint_limits(name))
-                with self.fails(
-                    tf.MissingFileError,
-                    f"no package 'my_leg' in AMENT_PREFIX_PATH ({folder})",
-                    errno=2,
-                    filename="package://my_leg/leg.urdf",
-                ):
+                with self.fails(tf.MissingFileError,
+                                f"no package 'my_leg' in AMENT_PREFIX_PATH ({folder})", errno=2,
+                                filename="package://my_leg/leg.urdf"):
                     tf.Model("package://my_leg/leg.urdf")
 
     def test_repr(self):

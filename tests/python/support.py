@@ -28,14 +28,9 @@ TOOL = str(BIN / "totalforce")
 DAEMON = str(BIN / "totalforced")
 
 # file, base, a tip or two
-ROBOT_LIST = [
-    ("arm6", "fixed", ["tool0"]),
-    ("arm7", "fixed", ["tool0", "link_4"]),
-    ("humanoid", "fixed", None),
-    ("humanoid", "floating", None),
-    ("quadruped", "floating", ["FL_foot", "HR_foot"]),
-    ("snake64", "fixed", None),
-]
+ROBOT_LIST = [("arm6", "fixed", ["tool0"]), ("arm7", "fixed", ["tool0", "link_4"]),
+              ("humanoid", "fixed", None), ("humanoid", "floating", None),
+              ("quadruped", "floating", ["FL_foot", "HR_foot"]), ("snake64", "fixed", None)]
 
 
 def load(name, base="fixed", **options):
@@ -55,11 +50,8 @@ def state(model, rng, count=None):
         if joint.type == "floating":
             part = q[..., joint.q_index + 3 : joint.q_index + 7]
             part /= np.linalg.norm(part, axis=-1, keepdims=True)
-    fields = {
-        "q": q,
-        "v": rng.uniform(-1, 1, lead + (model.v_count,)),
-        "tau": rng.uniform(-5, 5, lead + (model.v_count,)),
-    }
+    fields = {"q": q, "v": rng.uniform(-1, 1, lead + (model.v_count,)),
+              "tau": rng.uniform(-5, 5, lead + (model.v_count,))}
     if model.base_freedoms:
         pose = rng.uniform(-1, 1, lead + (7,))
         pose[..., 3:] /= np.linalg.norm(pose[..., 3:], axis=-1, keepdims=True)
@@ -82,13 +74,8 @@ def json_line(op, fields):
 
 
 def run_tool(arguments, lines):
-    done = subprocess.run(
-        [TOOL, *arguments],
-        input="\n".join(lines) + "\n",
-        capture_output=True,
-        text=True,
-        timeout=5 * WAIT,
-    )
+    done = subprocess.run([TOOL, *arguments], input="\n".join(lines) + "\n", capture_output=True,
+                          text=True, timeout=5 * WAIT)
     if done.returncode:
         raise AssertionError(done.stderr)
     # "-0" is a number with a sign
@@ -109,10 +96,8 @@ def json_arrays(model_or_client, answer):
         elif key.startswith("constraint_"):
             value = side_by_side(value)
         elif key == "lost":
-            value = [
-                [r["singular_value"], r.get("given_up", 0), *side_by_side(r["direction"])]
-                for r in value
-            ]
+            value = [[r["singular_value"], r.get("given_up", 0), *side_by_side(r["direction"])]
+                     for r in value]
             if not value:
                 continue
             value += [[0] * len(value[0])] * (6 - len(value))
@@ -158,13 +143,9 @@ def wait_for(folder, robot, process):
 
 def python(code, *arguments):
     """Runs a program of its own interpreter with the same module."""
-    return subprocess.run(
-        [sys.executable, "-c", code, str(SOURCE), str(BIN), *arguments],
-        capture_output=True,
-        text=True,
-        timeout=5 * WAIT,
-        env={**os.environ, "PYTHONPATH": os.environ["PYTHONPATH"]},
-    )
+    return subprocess.run([sys.executable, "-c", code, str(SOURCE), str(BIN), *arguments],
+                          capture_output=True, text=True, timeout=5 * WAIT,
+                          env={**os.environ, "PYTHONPATH": os.environ["PYTHONPATH"]})
 
 
 def resident_kib():

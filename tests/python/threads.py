@@ -55,9 +55,8 @@ class Threads(Case):
             self.runs_beside(lambda: solver.forward_dynamics(**fields), 20)
 
     def test_other_threads_run_while_a_robot_is_loaded(self):
-        chain = subprocess.run(
-            [support.TOOL, "chain", "straight", "--bodies", "3000"], capture_output=True, check=True
-        ).stdout
+        chain = subprocess.run([support.TOOL, "chain", "straight", "--bodies", "3000"],
+                               capture_output=True, check=True).stdout
         self.runs_beside(lambda: tf.Model.parse(chain), 5)
 
     def test_two_threads_on_one_workspace(self):
@@ -134,11 +133,8 @@ class Threads(Case):
 
         def work():
             workspace = tf.Workspace(model)
-            right.append(
-                all(
-                    workspace.forward_dynamics(**fields).qdd.tobytes() == wanted for _ in range(200)
-                )
-            )
+            right.append(all(workspace.forward_dynamics(**fields).qdd.tobytes() == wanted
+                             for _ in range(200)))
 
         threads = [threading.Thread(target=work) for _ in range(4)]
         for thread in threads:
@@ -188,11 +184,8 @@ class Threads(Case):
 
 class Lifetimes(Case):
     def test_solvers_keep_their_model(self):
-        for make in (
-            lambda model: tf.Workspace(model),
-            lambda model: tf.Pool(model, 2),
-            lambda model: tf.Workspace(model.derive(gravity=[0, 0, 0])),
-        ):
+        for make in (lambda model: tf.Workspace(model), lambda model: tf.Pool(model, 2),
+                     lambda model: tf.Workspace(model.derive(gravity=[0, 0, 0]))):
             model = load("arm7")
             wanted = make(model).mass_matrix(np.zeros(7)).M
             solver = make(model)

@@ -30,9 +30,7 @@ class Wheel(support.Case):
         environment = {n: v for n, v in os.environ.items() if n not in ("PYTHONPATH", "LD_LIBRARY_PATH")}
         # kernels of one instruction set are enough; the warnings of the presets let ccache serve
         environment["CMAKE_ARGS"] = "-DTFA_ISA_VARIANTS=OFF -DTFA_WERROR=ON"
-        done = subprocess.run(
-            command, cwd=folder, env=environment, capture_output=True, text=True
-        )
+        done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stdout[-2000:] + done.stderr[-2000:])
         return done.stdout
 
@@ -51,9 +49,8 @@ class Wheel(support.Case):
             self.run_in(folder, sys.executable, "-m", "venv", "--system-site-packages", "venv")
             python = f"{folder}/venv/bin/python"
             self.run_in(folder, python, *pip, "install", "--no-index", "--no-deps", str(wheel))
-            answer, mapped = self.run_in(
-                folder, python, "-c", CODE % str(support.ROBOTS / "arm7.urdf")
-            ).splitlines()
+            answer, mapped = self.run_in(folder, python, "-c",
+                                         CODE % str(support.ROBOTS / "arm7.urdf")).splitlines()
             package = pathlib.Path(answer.split()[-1]).parent
             self.assertTrue(answer.startswith("(7, 7)") and package.is_relative_to(folder), answer)
             carried = {path.name: path for path in package.glob("*.so*")}

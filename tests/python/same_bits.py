@@ -21,8 +21,9 @@ def questions(model, tips, rng):
         qdd["base_acceleration"] = rng.uniform(-1, 1, 6)
     tip = {"tips": tips, "want": OF_TIPS + EVERYWHERE}
     changes = {"wrench": {tips[0]: rng.uniform(-9, 9, 6), model.links[1]: rng.uniform(-9, 9, 6)},
-               "payload": {"link": tips[0], "mass": 0.5, "com": [0, 0, 0.1],
-                           "inertia": [0.01, 0, 0, 0.01, 0, 0.01]}, "gravity": [0.1, 0.2, -9]}
+               "payload": [{"link": model.links[1], "mass": 0.25},
+                           {"link": tips[0], "mass": 0.5, "com": [0, 0, 0.1],
+                            "inertia": [0.01, 0, 0, 0.01, 0, 0.01]}], "gravity": [0.1, 0.2, -9]}
     locked = {"locked": [model.joint_names[2]]}
     yield "forward_dynamics", {**s, **tau}
     yield "forward_dynamics", {**s, **tau, **changes, "estimate": "always", "refine": 1}

@@ -24,6 +24,12 @@ extern const urdf_fault urdf_joint_faults[];
 extern const urdf_fault urdf_tree_faults[];
 extern const urdf_fault urdf_xml_faults[];
 
+/* Status and severity; all that is there of a row without a word */
+#define REFUSED TFA_E_PARSE, TFA_ERROR
+#define WARNED TFA_OK, TFA_WARNING
+#define NOTED TFA_OK, TFA_NOTE
+#define LOADS TFA_OK, -1, 0, "", ""
+
 /* The first element stands on line 2. */
 #define ROBOT(body) "<robot name=\"r\">\n" body "</robot>\n"
 #define LINK(name) "<link name=\"" name "\"/>\n"

@@ -65,11 +65,7 @@ TEST(test_deep_nesting)
 
 #define EIGHT "\"tool\",\"tool\",\"tool\",\"tool\",\"tool\",\"tool\",\"tool\",\"tool\""
 
-static const struct {
-    const char *line;
-    int status;
-    const char *text;
-} refused_by_an_arm[] = {
+static const refusal refused_by_an_arm[] = {
     {"{" MM "}", TFA_E_ARGUMENT, "q: missing; the robot has 3 joints (pan, lift, slide)"},
     {"{" MM ",\"q\":[0,0]}", TFA_E_SIZE, "q: 2 values, the robot has 3 joints (pan, lift, slide)"},
     {"{" MM ",\"q\":7}", TFA_E_ARGUMENT,
@@ -142,9 +138,7 @@ TEST(test_refused_by_an_arm)
         "mass_matrix, kinematics, bias, task_torques, derivatives, inverse_dynamics_derivatives, "
         "constrained_dynamics, impact, constrained_inverse_dynamics, regressor";
     char text[512];
-    for (size_t i = 0; i < sizeof refused_by_an_arm / sizeof refused_by_an_arm[0]; i++)
-        refuse(&arm, refused_by_an_arm[i].line, refused_by_an_arm[i].status,
-               refused_by_an_arm[i].text);
+    REFUSE(&arm, refused_by_an_arm);
     snprintf(text, sizeof text, "op: missing; %s", ops);
     refuse(&arm, "{" Q "}", TFA_E_ARGUMENT, text);
     snprintf(text, sizeof text, "op: no 'jump'; nearest: 'bias', 'impact', 'kinematics'; %s", ops);
@@ -195,14 +189,12 @@ TEST(test_long_chain_names_a_few)
 
 TEST(test_a_full_request)
 {
-    static const char line[] =
-        "{\"id\":7," FD ",\"q\":[1,-2.5,3e-3],\"v\":{\"slide\":4},\"tau\":[7,8,9],"
-        "\"gravity\":[0,1,2],\"wrench\":{\"tool\":[1,2,3,4,5,6],\"upper\":[6,5,4,3,2,1]},"
-        "\"tips\":[\"tool\",\"lower\"],\"frame\":\"world\",\"method\":\"tfa\",\"refine\":2,"
-        "\"estimate\":\"never\"}";
     reading r;
-    read_line(&r, &arm, line, sizeof line - 1);
-    assert_int_equal(r.status, TFA_OK);
+    read_good(&r, &arm,
+              "{\"id\":7," FD ",\"q\":[1,-2.5,3e-3],\"v\":{\"slide\":4},\"tau\":[7,8,9],"
+              "\"gravity\":[0,1,2],\"wrench\":{\"tool\":[1,2,3,4,5,6],\"upper\":[6,5,4,3,2,1]},"
+              "\"tips\":[\"tool\",\"lower\"],\"frame\":\"world\",\"method\":\"tfa\",\"refine\":2,"
+              "\"estimate\":\"never\"}");
     const tfa_request *q = &r.request;
     assert_int_equal(q->op, TFA_OP_FORWARD_DYNAMICS);
     assert_int_equal(q->method, TFA_METHOD_TFA);
@@ -233,10 +225,8 @@ TEST(test_a_full_request)
 
 TEST(test_defaults)
 {
-    static const char line[] = "{" FD "," Q "}";
     reading r;
-    read_line(&r, &arm, line, sizeof line - 1);
-    assert_int_equal(r.status, TFA_OK);
+    read_good(&r, &arm, "{" FD "," Q "}");
     assert_int_equal(r.request.method, TFA_METHOD_AUTO);
     assert_int_equal(r.request.estimate, TFA_ESTIMATE_DEFAULT);
     assert_int_equal(r.request.refine, TFA_REFINE_DEFAULT);
@@ -250,13 +240,12 @@ TEST(test_defaults)
 
 TEST(test_joints_of_many_freedoms)
 {
-    static const char line[] = "{" FD ",\"q\":{\"deck\":[1,2,3]},"
-                               "\"v\":{\"boat\":[1,2,3,4,5,6]}," POSE "}";
     static const double q[] = {0, 1, 2, 3, 0, 0, 0, 0, 0, 0, 1};
     static const double v[] = {0, 0, 0, 0, 1, 2, 3, 4, 5, 6};
     reading r;
-    read_line(&r, &ship, line, sizeof line - 1);
-    assert_int_equal(r.status, TFA_OK);
+    read_good(&r, &ship,
+              "{" FD ",\"q\":{\"deck\":[1,2,3]},"
+              "\"v\":{\"boat\":[1,2,3,4,5,6]}," POSE "}");
     assert_memory_equal(r.request.q, q, sizeof q);
     assert_memory_equal(r.request.v, v, sizeof v);
     assert_true(r.request.base_pose[2] == 3 && r.request.base_pose[6] == 1);
@@ -271,16 +260,14 @@ TEST(test_joints_of_many_freedoms)
 
 TEST(test_modes)
 {
-    static const char line[] = "{" FD "," Q "," MODES ",\"mode_velocities\":[4,5,6]}";
     static const double numbers[] = {1, 2, 3, 4, 5, 6};
     reading r;
-    read_line(&r, &boom, line, sizeof line - 1);
-    assert_int_equal(r.status, TFA_OK);
+    read_good(&r, &boom, "{" FD "," Q "," MODES ",\"mode_velocities\":[4,5,6]}");
     assert_memory_equal(r.request.modes, numbers, 3 * sizeof *numbers);
     assert_memory_equal(r.request.mode_velocities, numbers + 3, 3 * sizeof *numbers);
     assert_non_null(r.reply.modes);
     forget(&r);
-    read_line(&r, &arm, "{" FD "," Q "}", strlen("{" FD "," Q "}"));
+    read_good(&r, &arm, "{" FD "," Q "}");
     assert_null(r.reply.modes);
     forget(&r);
     refuse(&arm, "{" FD "," Q "," MODES "}", TFA_E_ARGUMENT,
@@ -476,30 +463,18 @@ TEST(test_words_and_syntaxes)
 
 TEST(test_a_reply_line)
 {
-    static const char line[] = "{\"id\":\"a\"," OI "," Q ",\"tips\":[\"tool\"]}";
     reading r;
-    char *text = NULL;
-    size_t size = 0;
-    read_line(&r, &arm, line, sizeof line - 1);
-    assert_int_equal(r.status, TFA_OK);
+    read_good(&r, &arm, "{\"id\":\"a\"," OI "," Q ",\"tips\":[\"tool\"]}");
     r.reply.lambda_inv[1] = 0.5;
     *r.reply.spectrum = (tfa_spectrum){.rank = 6, .eig_min = 1e-3, .eig_max = 2};
     r.buffers.answer =
         (tfa_answer){.method = TFA_METHOD_PROPAGATION,
                      .flags = TFA_ANSWER_ESTIMATED | TFA_ANSWER_FALLBACK | TFA_ANSWER_STALLED,
                      .error_estimate = 3e-16};
-    FILE *out = open_memstream(&text, &size);
-    assert_non_null(out);
-    jsonl_print_reply(out, json_object_get(r.object, "id"), &r.names, &r.buffers, &r.request,
-                      &r.reply);
-    fclose(out);
 #define ROW ",[0.0,0.0,0.0,0.0,0.0,0.0]"
-    assert_string_equal(
-        text,
-        "{\"id\":\"a\",\"status\":\"ok\",\"method\":\"propagation\","
-        "\"lambda_inv\":[[0.0,0.5,0.0,0.0,0.0,0.0]" ROW ROW ROW ROW ROW
-        "],\"rank\":6,\"eig_min\":0.001,\"eig_max\":2.0,"
-        "\"error_estimate\":2.9999999999999999e-16,\"fallback\":true,\"reason\":\"stalled\"}\n");
-    free(text);
-    forget(&r);
+    prints(&r,
+           "{\"id\":\"a\",\"status\":\"ok\",\"method\":\"propagation\","
+           "\"lambda_inv\":[[0.0,0.5,0.0,0.0,0.0,0.0]" ROW ROW ROW ROW ROW
+           "],\"rank\":6,\"eig_min\":0.001,\"eig_max\":2.0,"
+           "\"error_estimate\":2.9999999999999999e-16,\"fallback\":true,\"reason\":\"stalled\"}\n");
 }

@@ -7,11 +7,7 @@
 #include "jsonl_line.h"
 #include "test.h"
 
-static const struct {
-    const char *line;
-    int status;
-    const char *text;
-} refused[] = {
+static const refusal refused[] = {
     {"{" FD "," Q ",\"locked\":\"pan\"}", TFA_E_ARGUMENT,
      "locked: a string, must be an array of joint names"},
     {"{" FD "," Q ",\"locked\":[\"pan\",2]}", TFA_E_ARGUMENT,
@@ -53,20 +49,18 @@ static const struct {
 
 TEST(test_refusals)
 {
-    for (size_t i = 0; i < sizeof refused / sizeof refused[0]; i++)
-        refuse(&arm, refused[i].line, refused[i].status, refused[i].text);
+    REFUSE(&arm, refused);
 }
 
 TEST(test_a_changed_robot)
 {
-    static const char line[] =
-        "{" FD "," Q ",\"locked\":[\"slide\",\"pan\"],"
-        "\"payload\":[{\"link\":\"tool\",\"mass\":2,\"com\":[1,2,3],\"inertia\":[4,5,6,7,8,9]},"
-        "{\"link\":\"upper\",\"mass\":0.5}]}";
     static const double payloads[] = {2, 1, 2, 3, 4, 5, 6, 7, 8, 9, 0.5, 0, 0, 0, 0, 0, 0, 0, 0, 0};
     reading r;
-    read_line(&r, &arm, line, sizeof line - 1);
-    assert_int_equal(r.status, TFA_OK);
+    read_good(
+        &r, &arm,
+        "{" FD "," Q ",\"locked\":[\"slide\",\"pan\"],"
+        "\"payload\":[{\"link\":\"tool\",\"mass\":2,\"com\":[1,2,3],\"inertia\":[4,5,6,7,8,9]},"
+        "{\"link\":\"upper\",\"mass\":0.5}]}");
     const tfa_request *q = &r.request;
     assert_int_equal(q->locked_count, 2);
     assert_int_equal(q->locked[0], 2);
@@ -88,8 +82,7 @@ TEST(ops_with_locked_joints)
                                         "{\"op\":\"derivatives\"," Q ",\"locked\":[\"pan\"]}"};
     for (size_t k = 0; k < sizeof lines / sizeof *lines; k++) {
         reading r;
-        read_line(&r, &arm, lines[k], strlen(lines[k]));
-        assert_int_equal(r.status, TFA_OK);
+        read_good(&r, &arm, lines[k]);
         assert_int_equal(r.request.locked_count, 1);
         forget(&r);
     }
@@ -97,17 +90,13 @@ TEST(ops_with_locked_joints)
 
 TEST(test_what_is_wanted)
 {
-    static const char posed[] = "{" OI "," Q ",\"tips\":[\"tool\"],\"poses\":true,\"locked\":[]}";
-    static const char plain[] = "{" OI "," Q ",\"tips\":[\"tool\"],\"poses\":false}";
     reading r;
-    read_line(&r, &arm, posed, sizeof posed - 1);
-    assert_int_equal(r.status, TFA_OK);
+    read_good(&r, &arm, "{" OI "," Q ",\"tips\":[\"tool\"],\"poses\":true,\"locked\":[]}");
     assert_true(r.request.flags & TFA_WANT_POSES);
     assert_int_equal(r.request.locked_count, 0);
     assert_non_null(r.reply.poses);
     forget(&r);
-    read_line(&r, &arm, plain, sizeof plain - 1);
-    assert_int_equal(r.status, TFA_OK);
+    read_good(&r, &arm, "{" OI "," Q ",\"tips\":[\"tool\"],\"poses\":false}");
     assert_false(r.request.flags & TFA_WANT_POSES);
     assert_null(r.reply.poses);
     forget(&r);
@@ -135,29 +124,15 @@ TEST(test_explained_changes)
             "method: tfa does not answer forward_dynamics with locked joints; aba does");
 }
 
-static void print_reply(reading *r, const char *want)
-{
-    char *text = NULL;
-    size_t size = 0;
-    FILE *out = open_memstream(&text, &size);
-    assert_non_null(out);
-    jsonl_print_reply(out, NULL, &r->names, &r->buffers, &r->request, &r->reply);
-    fclose(out);
-    assert_string_equal(text, want);
-    free(text);
-}
-
 TEST(test_poses_reply_line)
 {
-    static const char posed[] = "{" FD "," Q ",\"tips\":[\"tool\",\"upper\"],\"poses\":true}";
     reading r;
-    read_line(&r, &arm, posed, sizeof posed - 1);
+    read_good(&r, &arm, "{" FD "," Q ",\"tips\":[\"tool\",\"upper\"],\"poses\":true}");
     r.reply.model = 0x0123456789abcdefu;
     r.reply.poses[13] = 1;
     r.reply.lambda_inv = NULL;
     r.reply.spectrum = NULL;
-    print_reply(&r, "{\"status\":\"ok\",\"method\":\"auto\",\"qdd\":[0.0,0.0,0.0],"
-                    "\"poses\":[[0.0,0.0,0.0,0.0,0.0,0.0,0.0],[0.0,0.0,0.0,0.0,0.0,0.0,1.0]],"
-                    "\"model\":\"0123456789abcdef\"}\n");
-    forget(&r);
+    prints(&r, "{\"status\":\"ok\",\"method\":\"auto\",\"qdd\":[0.0,0.0,0.0],"
+               "\"poses\":[[0.0,0.0,0.0,0.0,0.0,0.0,0.0],[0.0,0.0,0.0,0.0,0.0,0.0,1.0]],"
+               "\"model\":\"0123456789abcdef\"}\n");
 }

@@ -17,11 +17,7 @@
 #define SIX "[1,2,3,4,5,6]"
 #define ROBOT "the robot has 2 constraints (loop, foot)"
 
-static const struct {
-    const char *line;
-    int status;
-    const char *text;
-} refused[] = {
+static const refusal refused[] = {
     {"{" CFD "," Q ",\"constraints\":\"loop\"}", TFA_E_ARGUMENT,
      "constraints: a string, must be an array of names of constraints"},
     {"{" CFD "," Q ",\"constraints\":[\"loop\",1]}", TFA_E_ARGUMENT,
@@ -56,8 +52,7 @@ static const struct {
 
 TEST(refusals)
 {
-    for (size_t i = 0; i < sizeof refused / sizeof refused[0]; i++)
-        refuse(&closed, refused[i].line, refused[i].status, refused[i].text);
+    REFUSE(&closed, refused);
     refuse(&arm, "{" CFD "," Q ",\"constraints\":[\"loop\"]}", TFA_E_ARGUMENT,
            "constraints[0]: no constraint 'loop'; the robot has no constraints; `constraints` of "
            "its scene give it some");
@@ -74,13 +69,12 @@ TEST(too_many)
 /* Absent, all are active; accelerations and weights that an object leaves out are 0 and 1. */
 TEST(defaults)
 {
-    static const char line[] = "{" CID "," Q ",\"constraint_acceleration\":{\"foot\":" SIX "},"
-                               "\"torque_weights\":{\"lift\":3},\"stabilisation\":[7,8]}";
     static const double accelerations[12] = {0, 0, 0, 0, 0, 0, 1, 2, 3, 4, 5, 6},
                         weights[] = {1, 3, 1}, gains[] = {7, 8};
     reading r;
-    read_line(&r, &closed, line, sizeof line - 1);
-    assert_int_equal(r.status, TFA_OK);
+    read_good(&r, &closed,
+              "{" CID "," Q ",\"constraint_acceleration\":{\"foot\":" SIX "},"
+              "\"torque_weights\":{\"lift\":3},\"stabilisation\":[7,8]}");
     assert_int_equal(r.request.op, TFA_OP_CONSTRAINED_INVERSE_DYNAMICS);
     assert_int_equal(r.request.constraints, 3);
     assert_memory_equal(r.request.constraint_acceleration, accelerations, sizeof accelerations);
@@ -92,7 +86,7 @@ TEST(defaults)
     assert_null(r.reply.lost);
     assert_null(r.reply.delassus);
     forget(&r);
-    read_line(&r, &closed, "{" IMPACT "," Q "}", sizeof "{" IMPACT "," Q "}" - 1);
+    read_good(&r, &closed, "{" IMPACT "," Q "}");
     assert_int_equal(r.request.constraints, 3);
     assert_null(r.request.constraint_acceleration);
     assert_null(r.request.stabilisation);
@@ -103,59 +97,33 @@ TEST(defaults)
     forget(&r);
 }
 
-static void count_up(double *numbers, int count)
-{
-    for (int i = 0; i < count; i++)
-        numbers[i] = i + 1;
-}
-
-/* The line of a reply, to be freed */
-static char *print_line(reading *r)
-{
-    char *text = NULL;
-    size_t size = 0;
-    FILE *out = open_memstream(&text, &size);
-    assert_non_null(out);
-    jsonl_print_reply(out, NULL, &r->names, &r->buffers, &r->request, &r->reply);
-    fclose(out);
-    return text;
-}
-
 #define ONE "[1.0,2.0,3.0,4.0,5.0,6.0]"
 #define NONE "[0.0,0.0,0.0,0.0,0.0,0.0]"
 
 TEST(reply_of_active_constraints)
 {
-    static const char line[] = "{" CFD "," Q ",\"constraints\":[\"foot\"]}";
     reading r;
-    read_line(&r, &closed, line, sizeof line - 1);
-    assert_int_equal(r.status, TFA_OK);
+    read_good(&r, &closed, "{" CFD "," Q ",\"constraints\":[\"foot\"]}");
     assert_int_equal(r.request.constraints, 2);
     count_up(r.reply.qdd, 3);
     count_up(r.reply.constraint_wrenches, 6);
     *r.reply.rank = (tfa_rank){.rank = 5, .lost = 1, .condition = (double)INFINITY};
     count_up(r.reply.lost, 8);
     r.reply.answers->flags = TFA_ANSWER_PULLS | TFA_ANSWER_RANK_LOSS;
-    char *text = print_line(&r);
-    assert_string_equal(
-        text, "{\"status\":\"ok\",\"method\":\"auto\",\"qdd\":[1.0,2.0,3.0],\"rank\":5,"
-              "\"threshold\":0.0,\"condition\":null,\"length\":0.0,\"lambda_error_estimate\":0.0,"
-              "\"lost\":[{\"singular_value\":1.0,\"given_up\":2.0,"
-              "\"direction\":{\"foot\":[3.0,4.0,5.0,6.0,7.0,8.0]}}],"
-              "\"constraint_wrenches\":{\"foot\":" ONE "},\"constraint_residual\":{\"foot\":" NONE
-              "},\"constraint_position\":{\"foot\":" NONE
-              "},\"constraint_velocity\":{\"foot\":" NONE "},\"pulls\":true}\n");
-    free(text);
-    forget(&r);
+    prints(&r, "{\"status\":\"ok\",\"method\":\"auto\",\"qdd\":[1.0,2.0,3.0],\"rank\":5,"
+               "\"threshold\":0.0,\"condition\":null,\"length\":0.0,\"lambda_error_estimate\":0.0,"
+               "\"lost\":[{\"singular_value\":1.0,\"given_up\":2.0,"
+               "\"direction\":{\"foot\":[3.0,4.0,5.0,6.0,7.0,8.0]}}],"
+               "\"constraint_wrenches\":{\"foot\":" ONE "},\"constraint_residual\":{\"foot\":" NONE
+               "},\"constraint_position\":{\"foot\":" NONE
+               "},\"constraint_velocity\":{\"foot\":" NONE "},\"pulls\":true}\n");
 }
 
 /* Without directions that were lost, though some were */
 TEST(reply_of_inverse_dynamics)
 {
-    static const char line[] = "{" CID "," Q "}";
     reading r;
-    read_line(&r, &closed, line, sizeof line - 1);
-    assert_int_equal(r.status, TFA_OK);
+    read_good(&r, &closed, "{" CID "," Q "}");
     *r.reply.rank = (tfa_rank){.rank = 10, .lost = 2};
     char *text = print_line(&r);
     assert_non_null(strstr(text, "\"tau\":[0.0,0.0,0.0],\"rank\":10,"));

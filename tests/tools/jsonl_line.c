@@ -67,6 +67,44 @@ void forget(reading *r)
     tfa_names_free(&r->names);
 }
 
+void read_good(reading *r, const tfa_client_info *info, const char *line)
+{
+    read_line(r, info, line, strlen(line));
+    assert_int_equal(r->status, TFA_OK);
+}
+
+void count_up(double *numbers, int count)
+{
+    for (int i = 0; i < count; i++)
+        numbers[i] = i + 1;
+}
+
+char *print_line(reading *r)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *out = open_memstream(&text, &size);
+    assert_non_null(out);
+    jsonl_print_reply(out, json_object_get(r->object, "id"), &r->names, &r->buffers, &r->request,
+                      &r->reply);
+    fclose(out);
+    return text;
+}
+
+void prints(reading *r, const char *want)
+{
+    char *text = print_line(r);
+    assert_string_equal(text, want);
+    free(text);
+    forget(r);
+}
+
+void refuse_all(const tfa_client_info *info, const refusal *rows, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        refuse(info, rows[i].line, rows[i].status, rows[i].text);
+}
+
 void refuse(const tfa_client_info *info, const char *line, int status, const char *text)
 {
     reading r;
@@ -83,8 +121,7 @@ void explain(const tfa_client_info *info, const char *line, const tfa_reply *rep
              const char *want)
 {
     reading r;
-    read_line(&r, info, line, strlen(line));
-    assert_int_equal(r.status, TFA_OK);
+    read_good(&r, info, line);
     assert_int_equal(jsonl_explain(&r.names, &r.request, reply, &r.error), reply->status);
     assert_string_equal(r.error.text, want);
     forget(&r);

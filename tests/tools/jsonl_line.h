@@ -32,7 +32,25 @@ typedef struct reading {
 void read_line(reading *r, const tfa_client_info *info, const char *line, size_t length);
 void forget(reading *r);
 
-/** Fails unless the line is refused with this status and exactly this sentence. */
+/** Reads a line that must be good. */
+void read_good(reading *r, const tfa_client_info *info, const char *line);
+/** 1, 2, 3, ... */
+void count_up(double *numbers, int count);
+/** The line of the reply, for free(). */
+char *print_line(reading *r);
+/** Fails unless the line of the reply is this one; then forget(). */
+void prints(reading *r, const char *want);
+
+/** A line, and the status and exactly the sentence with which it is refused. */
+typedef struct refusal {
+    const char *line;
+    int status;
+    const char *text;
+} refusal;
+
+/** Fails unless each line is refused so. */
+void refuse_all(const tfa_client_info *info, const refusal *rows, size_t count);
+#define REFUSE(info, rows) refuse_all(info, rows, sizeof(rows) / sizeof *(rows))
 void refuse(const tfa_client_info *info, const char *line, int status, const char *text);
 
 /** Fails unless this reply to a good line is explained with exactly this sentence. */

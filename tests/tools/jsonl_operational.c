@@ -20,11 +20,7 @@
     "generalised_momentum, lambda, "                                                               \
     "mu, p, spectrum, joint_forces, delassus"
 
-static const struct {
-    const char *line;
-    int status;
-    const char *text;
-} refused[] = {
+static const refusal refused[] = {
     {"{" KIN "," Q ",\"want\":\"com\"}", TFA_E_ARGUMENT,
      "want: a string, must be an array of words, for instance [\"jacobian\"]"},
     {"{" KIN "," Q ",\"want\":[\"com\",7]}", TFA_E_ARGUMENT, "want[1]: a number, must be a string"},
@@ -92,20 +88,18 @@ static const struct {
 
 TEST(test_refusals)
 {
-    for (size_t i = 0; i < sizeof refused / sizeof refused[0]; i++)
-        refuse(&arm, refused[i].line, refused[i].status, refused[i].text);
+    REFUSE(&arm, refused);
 }
 
 TEST(test_wanted)
 {
-    static const char line[] =
+    reading r;
+    read_good(
+        &r, &arm,
         "{" FD "," Q ",\"tips\":[\"tool\",\"lower\"],\"rows\":\"point\",\"rank_loss\":\"damp\","
         "\"rank_threshold\":1e-3,\"want\":[\"jacobian\",\"bias_acceleration\",\"twist\",\"pose\","
         "\"poses\",\"com\",\"momentum\",\"energy\",\"generalised_momentum\",\"lambda\",\"mu\","
-        "\"p\",\"spectrum\",\"joint_forces\",\"p\"]}";
-    reading r;
-    read_line(&r, &arm, line, sizeof line - 1);
-    assert_int_equal(r.status, TFA_OK);
+        "\"p\",\"spectrum\",\"joint_forces\",\"p\"]}");
     const tfa_request *q = &r.request;
     assert_int_equal(q->flags, TFA_WANT_ALL & ~TFA_WANT_DELASSUS);
     assert_int_equal(q->rows, TFA_ROWS_POINT);
@@ -150,8 +144,7 @@ TEST(test_spectrum)
     };
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
         reading r;
-        read_line(&r, &arm, rows[i].line, strlen(rows[i].line));
-        assert_int_equal(r.status, TFA_OK);
+        read_good(&r, &arm, rows[i].line);
         assert_int_equal(r.request.flags, rows[i].flags);
         assert_true(!r.reply.spectrum == !(rows[i].flags & TFA_WANT_SPECTRUM));
         forget(&r);
@@ -160,13 +153,11 @@ TEST(test_spectrum)
 
 TEST(test_task)
 {
-    static const char line[] =
-        "{" TASK ",\"acceleration\":{\"crate\":[1,2,3],\"sail\":[4,5,6]},\"q\":{}," POSE
-        ",\"posture_torques\":{\"mast\":7},\"base_wrench\":" SIX ",\"method\":\"crba\"}";
     static const double accelerations[] = {1, 2, 3, 4, 5, 6};
     reading r;
-    read_line(&r, &ship, line, sizeof line - 1);
-    assert_int_equal(r.status, TFA_OK);
+    read_good(&r, &ship,
+              "{" TASK ",\"acceleration\":{\"crate\":[1,2,3],\"sail\":[4,5,6]},\"q\":{}," POSE
+              ",\"posture_torques\":{\"mast\":7},\"base_wrench\":" SIX ",\"method\":\"crba\"}");
     assert_int_equal(r.request.op, TFA_OP_TASK_TORQUES);
     assert_int_equal(r.request.method, TFA_METHOD_CRBA);
     assert_int_equal(r.request.rows, TFA_ROWS_POINT);
@@ -187,44 +178,24 @@ TEST(test_task)
 /* With tips, their order holds. */
 TEST(test_task_with_tips)
 {
-    static const char line[] = "{" TASK "," Q ",\"tips\":[\"lower\",\"tool\"],"
-                               "\"acceleration\":{\"tool\":" SIX ",\"lower\":[7,8,9,10,11,12]}}";
     static const double accelerations[] = {7, 8, 9, 10, 11, 12, 1, 2, 3, 4, 5, 6};
     reading r;
-    read_line(&r, &arm, line, sizeof line - 1);
-    assert_int_equal(r.status, TFA_OK);
+    read_good(&r, &arm,
+              "{" TASK "," Q ",\"tips\":[\"lower\",\"tool\"],"
+              "\"acceleration\":{\"tool\":" SIX ",\"lower\":[7,8,9,10,11,12]}}");
     assert_int_equal(r.request.tips[0], 2);
     assert_int_equal(r.request.tips[1], 3);
     assert_memory_equal(r.request.task_acceleration, accelerations, sizeof accelerations);
     forget(&r);
 }
 
-static void count_up(double *numbers, int count)
-{
-    for (int i = 0; i < count; i++)
-        numbers[i] = i + 1;
-}
-
-static void prints(reading *r, const char *want)
-{
-    char *text = NULL;
-    size_t size = 0;
-    FILE *out = open_memstream(&text, &size);
-    assert_non_null(out);
-    jsonl_print_reply(out, NULL, &r->names, &r->buffers, &r->request, &r->reply);
-    fclose(out);
-    assert_string_equal(text, want);
-    free(text);
-}
-
 TEST(test_motion_reply)
 {
-    static const char line[] =
-        "{" KIN "," Q "," TOOL ",\"rows\":\"point\",\"want\":[\"jacobian\",\"bias_acceleration\","
-        "\"twist\",\"pose\",\"poses\",\"com\",\"momentum\",\"energy\"]}";
     reading r;
-    read_line(&r, &arm, line, sizeof line - 1);
-    assert_int_equal(r.status, TFA_OK);
+    read_good(&r, &arm,
+              "{" KIN "," Q "," TOOL
+              ",\"rows\":\"point\",\"want\":[\"jacobian\",\"bias_acceleration\","
+              "\"twist\",\"pose\",\"poses\",\"com\",\"momentum\",\"energy\"]}");
     count_up(r.reply.poses, 7);
     count_up(r.reply.twists, 6);
     count_up(r.reply.jacobian, 9);
@@ -248,7 +219,6 @@ TEST(test_motion_reply)
                "\"com_jacobian\":[[1.0,2.0,3.0],[4.0,5.0,6.0],[7.0,8.0,9.0]],\"mass\":1.0,"
                "\"momentum\":[1.0,2.0,3.0,4.0,5.0,6.0],"
                "\"energy\":{\"kinetic\":1.0,\"potential\":2.0}}\n");
-    forget(&r);
 }
 
 #define TEN "[7.0,8.0,9.0,10.0,11.0,12.0,13.0,14.0,15.0,16.0]"
@@ -259,18 +229,13 @@ TEST(test_motion_reply)
 /* Forces of a floating base have a key of their own. */
 TEST(test_bias_reply)
 {
-    static const char fixed[] = "{" BIAS "," Q "}";
-    static const char floating[] = "{" BIAS ",\"q\":{},\"base_acceleration\":" SIX "," POSE "}";
     reading r;
-    read_line(&r, &arm, fixed, sizeof fixed - 1);
-    assert_int_equal(r.status, TFA_OK);
+    read_good(&r, &arm, "{" BIAS "," Q "}");
     count_up(r.reply.gravity_force, 3);
     prints(&r, "{\"status\":\"ok\",\"method\":\"auto\",\"gravity\":[1.0,2.0,3.0],"
                "\"velocity\":[0.0,0.0,0.0],\"damping\":[0.0,0.0,0.0],\"friction\":[0.0,0.0,0.0],"
                "\"external\":[0.0,0.0,0.0]}\n");
-    forget(&r);
-    read_line(&r, &ship, floating, sizeof floating - 1);
-    assert_int_equal(r.status, TFA_OK);
+    read_good(&r, &ship, "{" BIAS ",\"q\":{},\"base_acceleration\":" SIX "," POSE "}");
     count_up(r.reply.gravity_force, 16);
     count_up(r.reply.armature_force, 16);
     prints(&r,
@@ -279,17 +244,15 @@ TEST(test_bias_reply)
            ",\"base_damping\":" ZEROS_SIX ",\"friction\":" ZEROS_TEN ",\"base_friction\":" ZEROS_SIX
            ",\"external\":" ZEROS_TEN ",\"base_external\":" ZEROS_SIX ",\"armature\":" TEN
            ",\"base_armature\":" BASE_SIX "}\n");
-    forget(&r);
 }
 
 /* What is infinite or no number is null. */
 TEST(test_task_reply)
 {
-    static const char line[] = "{" TASK "," Q ",\"acceleration\":{\"tool\":[0,0,1]},"
-                               "\"want\":[\"lambda\",\"mu\",\"p\",\"spectrum\"]}";
     reading r;
-    read_line(&r, &arm, line, sizeof line - 1);
-    assert_int_equal(r.status, TFA_OK);
+    read_good(&r, &arm,
+              "{" TASK "," Q ",\"acceleration\":{\"tool\":[0,0,1]},"
+              "\"want\":[\"lambda\",\"mu\",\"p\",\"spectrum\"]}");
     count_up(r.reply.tau, 3);
     count_up(r.reply.lambda_inv, 9);
     count_up(r.reply.mu, 3);
@@ -305,22 +268,18 @@ TEST(test_task_reply)
                "\"lambda_error_estimate\":0.125,\"eig_min\":null,\"eig_max\":8.0,"
                "\"lambda\":[[0.0,0.0,0.0],[0.0,0.0,0.0],[0.0,0.0,0.0]],"
                "\"mu\":[1.0,2.0,3.0],\"p\":[0.0,0.0,0.0]}\n");
-    forget(&r);
 }
 
 TEST(test_derivatives_reply)
 {
-    static const char line[] = "{" DER "," Q ",\"tau\":[1,2,3]}";
     reading r;
-    read_line(&r, &arm, line, sizeof line - 1);
-    assert_int_equal(r.status, TFA_OK);
+    read_good(&r, &arm, "{" DER "," Q ",\"tau\":[1,2,3]}");
     assert_true(r.request.tau[2] == 3);
     count_up(r.reply.dqdd_dq, 9);
     prints(&r, "{\"status\":\"ok\",\"method\":\"auto\","
                "\"dqdd_dq\":[[1.0,2.0,3.0],[4.0,5.0,6.0],[7.0,8.0,9.0]],"
                "\"dqdd_dv\":[[0.0,0.0,0.0],[0.0,0.0,0.0],[0.0,0.0,0.0]],"
                "\"dqdd_dtau\":[[0.0,0.0,0.0],[0.0,0.0,0.0],[0.0,0.0,0.0]]}\n");
-    forget(&r);
 }
 
 /* Buffers grow with the request and serve smaller ones. */

@@ -50,70 +50,53 @@ static const tfa_rotor no_rotor[] = {{"nojoint", 1}}, two_rotors[] = {{"turn", 1
 /* Each is refused with one error. */
 static const struct refusal {
     tfa_scene scene;
-    const char *code, *text;
+    const char *says; /* code and text */
 } refusals[] = {
     {{.root = "nobody"},
-     "scene-root",
-     "link 'nobody': the root of the scene does not exist; name a link of the robot, or none for "
-     "all of it; nearest: 'foot', 'base', 'post'"},
+     "scene-root: link 'nobody': the root of the scene does not exist; name a link of the robot, "
+     "or none for all of it; nearest: 'foot', 'base', 'post'"},
     {{.tips = nobody, .tip_count = 1},
-     "scene-tip",
-     "link 'nobody': the tip of the scene does not exist; name a link of the robot; nearest: "
-     "'foot', 'base', 'post'"},
-    {{.root = "upper_r", .tips = lower_l, .tip_count = 1},
-     "scene-tip",
-     "link 'lower_l': the tip of the scene does not hang from its root; choose another tip or "
-     "another root"},
-    {{.locks = no_lock, .lock_count = 1},
-     "scene-lock",
-     "joint 'nojoint': the scene locks it, but the robot has no such joint; correct the name; "
-     "nearest: 'rail', 'turn', 'stand'"},
-    {{.locks = lock_fixed, .lock_count = 1},
-     "scene-lock",
-     "joint 'stand': the scene locks it, but it is fixed in the file; remove the lock"},
-    {{.locks = twice, .lock_count = 2},
-     "scene-lock",
-     "joint 'turn': the scene locks it twice; remove one of the locks"},
-    {{.locks = not_finite, .lock_count = 1},
-     "scene-lock",
-     "joint 'l2': the scene locks it at a coordinate that is not finite; correct it"},
-    {{.locks = long_quaternion, .lock_count = 1},
-     "scene-lock",
-     "joint 'r2': the scene locks it at a quaternion whose norm is off from 1 by more than 1e-3; "
-     "correct it (x y z, then x y z w)"},
-    {{.payloads = on_nobody, .payload_count = 1},
-     "scene-payload",
-     "link 'nobody': the payload is on a link that does not exist; name a link of the robot; "
+     "scene-tip: link 'nobody': the tip of the scene does not exist; name a link of the robot; "
      "nearest: 'foot', 'base', 'post'"},
+    {{.root = "upper_r", .tips = lower_l, .tip_count = 1},
+     "scene-tip: link 'lower_l': the tip of the scene does not hang from its root; choose another "
+     "tip or another root"},
+    {{.locks = no_lock, .lock_count = 1},
+     "scene-lock: joint 'nojoint': the scene locks it, but the robot has no such joint; correct "
+     "the name; nearest: 'rail', 'turn', 'stand'"},
+    {{.locks = lock_fixed, .lock_count = 1},
+     "scene-lock: joint 'stand': the scene locks it, but it is fixed in the file; remove the lock"},
+    {{.locks = twice, .lock_count = 2},
+     "scene-lock: joint 'turn': the scene locks it twice; remove one of the locks"},
+    {{.locks = not_finite, .lock_count = 1},
+     "scene-lock: joint 'l2': the scene locks it at a coordinate that is not finite; correct it"},
+    {{.locks = long_quaternion, .lock_count = 1},
+     "scene-lock: joint 'r2': the scene locks it at a quaternion whose norm is off from 1 by more "
+     "than 1e-3; correct it (x y z, then x y z w)"},
+    {{.payloads = on_nobody, .payload_count = 1},
+     "scene-payload: link 'nobody': the payload is on a link that does not exist; name a link of "
+     "the robot; nearest: 'foot', 'base', 'post'"},
     {{.payloads = negative, .payload_count = 1},
-     "scene-payload",
-     "link 'ball': the payload has a negative mass; correct it"},
+     "scene-payload: link 'ball': the payload has a negative mass; correct it"},
     {{.payloads = nan_com, .payload_count = 1},
-     "scene-payload",
-     "link 'ball': the payload has a number that is not finite; correct it"},
+     "scene-payload: link 'ball': the payload has a number that is not finite; correct it"},
     {{.payloads = indefinite, .payload_count = 1},
-     "scene-payload",
-     "link 'ball': the payload has an inertia with a negative eigenvalue, which no body has; "
-     "correct it"},
+     "scene-payload: link 'ball': the payload has an inertia with a negative eigenvalue, which no "
+     "body has; correct it"},
     {{.rotors = no_rotor, .rotor_count = 1},
-     "scene-rotor",
-     "joint 'nojoint': the scene has a rotor for it, but the robot has no such joint; correct the "
-     "name; nearest: 'rail', 'turn', 'stand'"},
+     "scene-rotor: joint 'nojoint': the scene has a rotor for it, but the robot has no such joint; "
+     "correct the name; nearest: 'rail', 'turn', 'stand'"},
     {{.rotors = two_rotors, .rotor_count = 2},
-     "scene-rotor",
-     "joint 'turn': the scene has two rotors for it; remove one"},
+     "scene-rotor: joint 'turn': the scene has two rotors for it; remove one"},
     {{.rotors = negative_rotor, .rotor_count = 1},
-     "scene-rotor",
-     "joint 'turn': rotor inertia -1 kg m^2 and reduction -50 give no finite armature that is not "
-     "negative; correct them"},
+     "scene-rotor: joint 'turn': rotor inertia -1 kg m^2 and reduction -50 give no finite armature "
+     "that is not negative; correct them"},
     {{.rotors = nan_rotor, .rotor_count = 1},
-     "scene-rotor",
-     "joint 'turn': rotor inertia nan kg m^2 and reduction -50 give no finite armature that is not "
-     "negative; correct them"},
+     "scene-rotor: joint 'turn': rotor inertia nan kg m^2 and reduction -50 give no finite "
+     "armature that is not negative; correct them"},
     {{.rotors = vast_rotor, .rotor_count = 1},
-     "scene-rotor",
-     "joint 'turn': rotor inertia 1e+308 kg m^2 and reduction -50 give no finite armature that is "
-     "not negative; correct them"},
+     "scene-rotor: joint 'turn': rotor inertia 1e+308 kg m^2 and reduction -50 give no finite "
+     "armature that is not negative; correct them"},
 };
 
 TEST(test_refused)
@@ -123,13 +106,14 @@ TEST(test_refused)
         const tfa_model_options options = {.scene = &row->scene};
         tfa_report report = {0};
         tfa_model *m = NULL;
+        char says[512];
         hand h;
         two_arms(&h);
         assert_int_equal(tfa_model_create(&h.d, &options, &report, &m), TFA_E_MODEL);
         assert_null(m);
         assert_int_equal(report.errors, 1);
-        assert_string_equal(report.messages[0].text, row->text);
-        assert_string_equal(report.messages[0].code, row->code);
+        snprintf(says, sizeof says, "%s: %s", report.messages[0].code, report.messages[0].text);
+        assert_string_equal(says, row->says);
         tfa_report_free(&report);
         assert_int_equal(tfa_model_size(&h.d, &options), 0);
     }

@@ -34,42 +34,33 @@ static uint32_t begin(hand *h)
     return hand_link(h, "base", 1, 0, 0, 0);
 }
 
-static void before_floating(hand *h)
+/* "Rz turn hoop": a joint of a type (floating, revolute, prismatic, planar) along an axis, its name
+ * and its link's; of a chain from the base on, where only the last link has mass. */
+static void chain(hand *h, const char *parts)
 {
-    const uint32_t a = no_inertia(h, "turn", TFA_JOINT_REVOLUTE, begin(h), "hoop", 'z');
-    full(h, "fly", TFA_JOINT_FLOATING, a, "ball", 'z');
+    static const char types[] = "FRPL";
+    static const tfa_joint_type type[] = {TFA_JOINT_FLOATING, TFA_JOINT_REVOLUTE,
+                                          TFA_JOINT_PRISMATIC, TFA_JOINT_PLANAR};
+    static char name[HAND_LINKS][2][16];
+    uint32_t link = begin(h);
+    char kind, axis;
+    for (int used;
+         sscanf(parts, " %c%c %15s %15s%n", &kind, &axis, name[link][0], name[link][1], &used) == 4;
+         parts += used)
+        link = (parts[used] ? no_inertia : full)(
+            h, name[link][0], type[strchr(types, kind) - types], link, name[link][1], axis);
 }
 
-static void before_planar(hand *h)
-{
-    const uint32_t a = no_inertia(h, "turn", TFA_JOINT_REVOLUTE, begin(h), "hoop", 'z');
-    full(h, "slide", TFA_JOINT_PLANAR, a, "puck", 'z');
-}
-
-static void before_oblique_planar(hand *h)
-{
-    const uint32_t a = no_inertia(h, "turn", TFA_JOINT_REVOLUTE, begin(h), "hoop", 'x');
-    full(h, "slide", TFA_JOINT_PLANAR, a, "puck", 'z');
-}
-
-static void two_slides(hand *h)
-{
-    const uint32_t a = no_inertia(h, "first", TFA_JOINT_PRISMATIC, begin(h), "carriage", 'x');
-    full(h, "second", TFA_JOINT_PRISMATIC, a, "arm", 'x');
-}
-
-static void crossed_slides(hand *h)
-{
-    const uint32_t a = no_inertia(h, "first", TFA_JOINT_PRISMATIC, begin(h), "carriage", 'x');
-    full(h, "second", TFA_JOINT_PRISMATIC, a, "arm", 'y');
-}
-
-static void two_coaxial(hand *h)
-{
-    const uint32_t a = no_inertia(h, "first", TFA_JOINT_REVOLUTE, begin(h), "ring", 'z');
-    full(h, "second", TFA_JOINT_REVOLUTE, a, "arm", 'z');
-    h->joint[1].xyz[2] = 0.7;
-}
+CHANGE(before_floating, chain(h, "Rz turn hoop Fz fly ball"))
+CHANGE(before_planar, chain(h, "Rz turn hoop Lz slide puck"))
+CHANGE(before_oblique_planar, chain(h, "Rx turn hoop Lz slide puck"))
+CHANGE(two_slides, chain(h, "Px first carriage Px second arm"))
+CHANGE(crossed_slides, chain(h, "Px first carriage Py second arm"))
+CHANGE(two_coaxial, chain(h, "Rz first ring Rz second arm"); h->joint[1].xyz[2] = 0.7)
+/* A spherical wrist and a fourth axis through its centre */
+CHANGE(four_through_a_point, chain(h, "Rz j1 m1 Ry j2 m2 Rx j3 m3 Ry j4 hand"))
+CHANGE(three_through_a_point, chain(h, "Rz j1 m1 Ry j2 m2 Rx j3 hand"))
+CHANGE(four_slides, chain(h, "Px j1 m1 Py j2 m2 Pz j3 m3 Py j4 hand"))
 
 /* The frames are turned by angles that no double holds. */
 static void two_coaxial_turned(hand *h)
@@ -85,30 +76,6 @@ static void two_coaxial_turned(hand *h)
 
 CHANGE(coaxial_with_armature, two_coaxial(h); h->joint[0].armature = 1e-3)
 CHANGE(parallel_not_coaxial, two_coaxial(h); h->joint[1].xyz[0] = 1e-3)
-
-/* A spherical wrist and a fourth axis through its centre */
-static void four_through_a_point(hand *h)
-{
-    uint32_t a = no_inertia(h, "j1", TFA_JOINT_REVOLUTE, begin(h), "m1", 'z');
-    a = no_inertia(h, "j2", TFA_JOINT_REVOLUTE, a, "m2", 'y');
-    a = no_inertia(h, "j3", TFA_JOINT_REVOLUTE, a, "m3", 'x');
-    full(h, "j4", TFA_JOINT_REVOLUTE, a, "hand", 'y');
-}
-
-static void three_through_a_point(hand *h)
-{
-    uint32_t a = no_inertia(h, "j1", TFA_JOINT_REVOLUTE, begin(h), "m1", 'z');
-    a = no_inertia(h, "j2", TFA_JOINT_REVOLUTE, a, "m2", 'y');
-    full(h, "j3", TFA_JOINT_REVOLUTE, a, "hand", 'x');
-}
-
-static void four_slides(hand *h)
-{
-    uint32_t a = no_inertia(h, "j1", TFA_JOINT_PRISMATIC, begin(h), "m1", 'x');
-    a = no_inertia(h, "j2", TFA_JOINT_PRISMATIC, a, "m2", 'y');
-    a = no_inertia(h, "j3", TFA_JOINT_PRISMATIC, a, "m3", 'z');
-    full(h, "j4", TFA_JOINT_PRISMATIC, a, "hand", 'y');
-}
 
 /* A rod along z that turns about `axis` */
 static void rod(hand *h, char axis)
@@ -192,28 +159,23 @@ static const struct {
      {0},
      100,
      "joint 'turn': link 'hoop' has no mass, and joint 'fly' moves what hangs from it in the same "
-     "way, "
-     "so the mass matrix is singular at every q; give the link mass or the joint armature, or lock "
-     "one "
-     "of the joints"},
+     "way, so the mass matrix is singular at every q; give the link mass or the joint armature, or "
+     "lock one of the joints"},
     {"revolute, then planar",
      before_planar,
      {0},
      100,
      "joint 'turn': link 'hoop' has no mass, and joint 'slide' moves what hangs from it in the "
-     "same "
-     "way, so the mass matrix is singular at every q; give the link mass or the joint armature, or "
-     "lock "
-     "one of the joints"},
+     "same way, so the mass matrix is singular at every q; give the link mass or the joint "
+     "armature, or lock one of the joints"},
     {"revolute across a planar", before_oblique_planar, {0}, 0, NULL},
     {"two slides",
      two_slides,
      {0},
      101,
      "joint 'second': between it and joint 'first' nothing has mass, and these 2 joints move in "
-     "fewer "
-     "ways, so the mass matrix is singular at every q; give a link between them mass or one of the "
-     "joints armature, or lock one of them"},
+     "fewer ways, so the mass matrix is singular at every q; give a link between them mass or one "
+     "of the joints armature, or lock one of them"},
     {"crossed slides", crossed_slides, {0}, 0, NULL},
     {"coaxial", two_coaxial, {0}, 101, NULL},
     {"coaxial, turned", two_coaxial_turned, {0}, 101, NULL},
@@ -229,10 +191,8 @@ static const struct {
      {0},
      100,
      "joint 'swing': link 'rod' and what hangs from it have no inertia that resists it, so the "
-     "mass "
-     "matrix is singular at every q; give the link an inertia about the axis or the joint "
-     "armature, or "
-     "lock the joint"},
+     "mass matrix is singular at every q; give the link an inertia about the axis or the joint "
+     "armature, or lock the joint"},
     {"rod about itself, oblique", rod_about_itself_oblique, {0}, 100, NULL},
     {"rod about itself, floating base", rod_about_itself, {.base = TFA_BASE_FLOATING}, 100, NULL},
     {"rod across", rod_across, {0}, 0, NULL},
@@ -248,9 +208,8 @@ static const struct {
      {.base = TFA_BASE_FLOATING},
      10,
      "link 'base': nothing resists one of the six freedoms of the floating base, so the mass "
-     "matrix is "
-     "singular at every q; give the link an inertia about all axes, or let another link be the "
-     "root"},
+     "matrix is singular at every q; give the link an inertia about all axes, or let another link "
+     "be the root"},
     {"limbs on a line", branches_on_a_line, {.base = TFA_BASE_FLOATING}, 10, NULL},
     {"limbs on two lines", branches_on_two_lines, {.base = TFA_BASE_FLOATING}, 0, NULL},
 };

@@ -248,3 +248,23 @@ void constrained_ask(const constrained_robot *c, tfa_workspace *w, const tfa_req
                        .answers = &a->answer};
     compute_ok(c->robot, w, r, &reply);
 }
+
+void constrained_within(const constrained_robot *c, constrained_law *law, int set, quad error,
+                        quad size)
+{
+    const double relative = (double)((error < 0 ? -error : error) / (size > 0 ? size : 1));
+    assert_within(c->robot, law->name, relative, law->bound[set], &law->worst[set]);
+}
+
+void constrained_print(const constrained_law *laws, int count)
+{
+    for (int k = 0; k < count; k++)
+        print_message("  %-8s within %.1e, in double %.1e\n", laws[k].name, laws[k].worst[0],
+                      laws[k].worst[1]);
+}
+
+quad larger(quad a, quad b)
+{
+    const quad size = b < 0 ? -b : b;
+    return a > size ? a : size;
+}

@@ -68,4 +68,17 @@ tfa_request constrained_request(const constrained_robot *c, const random_states 
 void constrained_ask(const constrained_robot *c, tfa_workspace *w, const tfa_request *r,
                      constrained_answer *a);
 
+/** A law and how far answers were from it: in f128, in f64 */
+typedef struct constrained_law {
+    const char *name;
+    double bound[2], worst[2];
+} constrained_law;
+
+/** |error| / size, of 0 |error|, is within the bound. */
+void constrained_within(const constrained_robot *c, constrained_law *law, int set, quad error,
+                        quad size);
+void constrained_print(const constrained_law *laws, int count);
+/** The larger one of a and |b| */
+quad larger(quad a, quad b);
+
 #endif

@@ -13,32 +13,16 @@
 
 enum { IMPULSE, RESIDUAL, CLOSED, ENERGY, KINDS };
 
-static struct {
-    const char *name;
-    double bound[2], worst[2]; /* f128, f64 */
-} laws[KINDS] = {{"impulse", {1e-13, 1e-9}, {0}},
-                 {"residual", {1e-13, 1e-9}, {0}},
-                 {"closed", {1e-14, 1e-11}, {0}},
-                 {"energy", {1e-13, 1e-9}, {0}}};
+static constrained_law laws[KINDS] = {{"impulse", {1e-13, 1e-9}, {0}},
+                                      {"residual", {1e-13, 1e-9}, {0}},
+                                      {"closed", {1e-14, 1e-11}, {0}},
+                                      {"energy", {1e-13, 1e-9}, {0}}};
 static uint32_t cases, full;
 
 typedef struct impact {
     double v[FREEDOMS], F[ROWS], residual[ROWS];
     tfa_rank rank;
 } impact;
-
-static void within(const constrained_robot *c, int kind, int set, quad error, quad size)
-{
-    const double relative = (double)((error < 0 ? -error : error) / (size > 0 ? size : 1));
-    assert_within(c->robot, laws[kind].name, relative, laws[kind].bound[set],
-                  &laws[kind].worst[set]);
-}
-
-static quad larger(quad a, quad b)
-{
-    const quad size = b < 0 ? -b : b;
-    return a > size ? a : size;
-}
 
 /* M (v+ - v) - J^T F, and the energy that the impact leaves in the closed motion */
 static void check_impulse(const constrained_robot *c, const relative_motion *m, const impact *a,
@@ -61,9 +45,9 @@ static void check_impulse(const constrained_robot *c, const relative_motion *m, 
         }
         error = larger(error, p);
     }
-    within(c, IMPULSE, set, error, size);
+    constrained_within(c, &laws[IMPULSE], set, error, size);
     if (!a->rank.lost)
-        within(c, ENERGY, set, work, most);
+        constrained_within(c, &laws[ENERGY], set, work, most);
 }
 
 /* Relative to motion before and after: what ends leaves rounding. */
@@ -84,9 +68,10 @@ static void check_motion(const constrained_robot *c, const relative_motion *m, c
         closed = larger(closed, w);
         error = larger(error, w - a->residual[row[k]]);
     }
-    within(c, RESIDUAL, set, error, size);
+    constrained_within(c, &laws[RESIDUAL], set, error, size);
     if (!a->rank.lost)
-        within(c, CLOSED, set, closed, size * (quad)(1 + sqrt(a->rank.condition)));
+        constrained_within(c, &laws[CLOSED], set, closed,
+                           size * (quad)(1 + sqrt(a->rank.condition)));
 }
 
 static void check(const constrained_robot *c, tfa_workspace *w, const tfa_request *r, int set)
@@ -131,9 +116,7 @@ static void law(test_robot *robot)
 TEST(impact_by_definition)
 {
     for_every_robot(law, false);
-    for (int k = 0; k < KINDS; k++)
-        print_message("  %-8s within %.1e, in double %.1e\n", laws[k].name, laws[k].worst[0],
-                      laws[k].worst[1]);
+    constrained_print(laws, KINDS);
     assert_true(cases > 20 && full > 20);
 }
 

@@ -15,13 +15,10 @@
 
 enum { MOTION, RESIDUAL, LEFT, COST, KINDS };
 
-static struct {
-    const char *name;
-    double bound[2], worst[2]; /* f128, f64 */
-} laws[KINDS] = {{"motion", {1e-13, 1e-12}, {0}},
-                 {"residual", {1e-12, 1e-9}, {0}},
-                 {"left", {1e-12, 1e-9}, {0}},
-                 {"cost", {1e-11, 1e-8}, {0}}};
+static constrained_law laws[KINDS] = {{"motion", {1e-13, 1e-12}, {0}},
+                                      {"residual", {1e-12, 1e-9}, {0}},
+                                      {"left", {1e-12, 1e-9}, {0}},
+                                      {"cost", {1e-11, 1e-8}, {0}}};
 static uint32_t cases, met, underactuated;
 
 typedef struct answer {
@@ -38,19 +35,6 @@ typedef struct problem {
     quad qdd[FREEDOMS], h[FREEDOMS], b[FREEDOMS]; /* b = M qdd + h */
     answer a;
 } problem;
-
-static quad larger(quad a, quad b)
-{
-    const quad size = b < 0 ? -b : b;
-    return a > size ? a : size;
-}
-
-static void within(const problem *p, int kind, int set, quad error, quad size)
-{
-    const double relative = (double)((error < 0 ? -error : error) / (size > 0 ? size : 1));
-    assert_within(p->c->robot, laws[kind].name, relative, laws[kind].bound[set],
-                  &laws[kind].worst[set]);
-}
 
 static quad J(const problem *p, uint32_t k, uint32_t j)
 {
@@ -76,7 +60,7 @@ static void check_motion(const problem *p, int set)
         }
         error = larger(error, rest);
     }
-    within(p, MOTION, set, error, size);
+    constrained_within(p->c, &laws[MOTION], set, error, size);
 }
 
 static void check_residual(const problem *p, int set)
@@ -92,7 +76,7 @@ static void check_residual(const problem *p, int set)
         }
         error = larger(error, rate - p->a.residual[i]);
     }
-    within(p, RESIDUAL, set, error, size);
+    constrained_within(p->c, &laws[RESIDUAL], set, error, size);
 }
 
 /* What freedoms without a motor keep, against what the constraints could take */
@@ -114,7 +98,7 @@ static void check_left(const problem *p, int set)
     }
     for (uint32_t k = 0; k < p->rows; k++)
         most = larger(most, p->a.F[p->row[k]]);
-    within(p, LEFT, set, error, size * most);
+    constrained_within(p->c, &laws[LEFT], set, error, size * most);
     met += left < most * (quad)1e-9;
 }
 
@@ -170,7 +154,7 @@ static void check_cost(const problem *p, int set)
     }
     for (uint32_t k = 0; k < p->rows; k++)
         error = larger(error, g[k]);
-    within(p, COST, set, error, size * (quad)(1 + sqrt(p->a.rank.condition)));
+    constrained_within(p->c, &laws[COST], set, error, size * (quad)(1 + sqrt(p->a.rank.condition)));
 }
 
 /* ---- one robot ---- */
@@ -251,9 +235,7 @@ static void law(test_robot *robot)
 TEST(constrained_inverse_dynamics_by_definition)
 {
     for_every_robot(law, false);
-    for (int k = 0; k < KINDS; k++)
-        print_message("  %-8s within %.1e, in double %.1e\n", laws[k].name, laws[k].worst[0],
-                      laws[k].worst[1]);
+    constrained_print(laws, KINDS);
     print_message("  %u robots, %u of %u answers leave nothing to freedoms without a motor\n",
                   (unsigned)cases, (unsigned)met, 2 * (unsigned)cases);
     assert_true(cases > 20 && underactuated > 20 && met > 10 && met < 2 * cases);

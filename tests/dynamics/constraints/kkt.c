@@ -17,13 +17,10 @@
 enum { SIZE = FREEDOMS + ROWS };
 enum { QDD, FORCE, JOINT_FORCE, WORK, KINDS };
 
-static struct {
-    const char *name;
-    double bound[2], worst[2]; /* f128, f64 */
-} laws[KINDS] = {{"qdd", {1e-12, 1e-9}, {0}},
-                 {"F", {1e-13, 1e-11}, {0}},
-                 {"J^T F", {1e-11, 1e-11}, {0}},
-                 {"work", {1e-15, 1e-13}, {0}}};
+static constrained_law laws[KINDS] = {{"qdd", {1e-12, 1e-9}, {0}},
+                                      {"F", {1e-13, 1e-11}, {0}},
+                                      {"J^T F", {1e-11, 1e-11}, {0}},
+                                      {"work", {1e-15, 1e-13}, {0}}};
 static uint32_t sets, full, redundant;
 
 /* ---- the dense system ---- */
@@ -175,12 +172,6 @@ static void begin(problem *p, constrained_robot *c, tfa_request *r, random_sourc
     r->constraint_acceleration = p->wanted;
 }
 
-static void within(const problem *p, int kind, int set, double error)
-{
-    assert_within(p->c->robot, laws[kind].name, error, laws[kind].bound[set],
-                  &laws[kind].worst[set]);
-}
-
 /* M qdd + h - tau does no work along an admissible velocity. */
 static void check_work(const problem *p, int set, const double *qdd, random_source *s)
 {
@@ -201,7 +192,7 @@ static void check_work(const problem *p, int set, const double *qdd, random_sour
         work += (v[i] - less[i]) * f;
         size += size_of(v[i]) * terms;
     }
-    within(p, WORK, set, (double)(size_of(work) / size));
+    constrained_within(p->c, &laws[WORK], set, (double)(size_of(work) / size), 1);
 }
 
 /* Of numbers whose reference is in quadruple precision */
@@ -238,12 +229,12 @@ static void check(const problem *p, tfa_workspace *w, int set, random_source *s)
         fail_msg("%s: %u directions lost, not %u", p->c->robot->name, (unsigned)a.rank.lost,
                  (unsigned)p->lost);
     assert_int_equal(!!(a.answer.flags & TFA_ANSWER_RANK_LOSS), p->lost != 0);
-    within(p, QDD, set, error_of(a.qdd, p->x, p->n));
-    within(p, JOINT_FORCE, set, force_error(p, &a));
+    constrained_within(p->c, &laws[QDD], set, error_of(a.qdd, p->x, p->n), 1);
+    constrained_within(p->c, &laws[JOINT_FORCE], set, force_error(p, &a), 1);
     for (uint32_t k = 0; k < p->rows; k++)
         F[k] = -a.F[p->row[k]];
     if (p->lost == 0)
-        within(p, FORCE, set, error_of(F, p->x + p->n, p->rows));
+        constrained_within(p->c, &laws[FORCE], set, error_of(F, p->x + p->n, p->rows), 1);
     check_work(p, set, a.qdd, s);
 }
 
@@ -304,9 +295,7 @@ static void law(test_robot *robot)
 TEST(dense_system_in_quadruple_precision)
 {
     for_every_robot(law, false);
-    for (int k = 0; k < KINDS; k++)
-        print_message("  %-6s within %.1e, in double %.1e\n", laws[k].name, laws[k].worst[0],
-                      laws[k].worst[1]);
+    constrained_print(laws, KINDS);
     print_message("  %u sets of constraints, %u of full rank\n", (unsigned)sets, (unsigned)full);
     assert_true(sets > 60 && full > 20 && redundant > 40);
 }

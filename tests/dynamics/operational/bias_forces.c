@@ -192,8 +192,7 @@ static void check_jacobian(op_case *c, tfa_workspace *w, const tfa_request *r)
     memcpy(q.tips, q.wrench_frames, sizeof q.wrench_frames);
     q.rows = TFA_ROWS_POSE;
     q.flags = TFA_WANT_JACOBIAN;
-    op_answers *a = op_answers_create(c, &q);
-    op_compute(c, w, &q, a);
+    op_answers *a = op_answer(c, w, &q);
     for (uint32_t k = 0; k < q.count; k++) {
         const double *J = a->jacobian + (size_t)k * a->rows * c->n;
         const double *wrench = q.wrenches + (size_t)k * a->rows;
@@ -277,8 +276,7 @@ static void check_zeros(op_case *c, tfa_workspace *w, const tfa_request *r)
 static void with_workspace(op_case *c, tfa_workspace *w, const tfa_request *r)
 {
     c->set = w == c->f128;
-    op_answers *a = op_answers_create(c, r);
-    op_compute(c, w, r, a);
+    op_answers *a = op_answer(c, w, r);
     assert_true(isnan(a->jacobian[0]) && isnan(a->com[0]) && isnan(a->tau[0]));
     const uint32_t state = random_below(&c->s, r->count);
     if (r->frame == TFA_FRAME_LOCAL)

@@ -80,8 +80,7 @@ static void move_along(const op_case *c, const tfa_request *state, const double 
     r.v = m->v;
     r.base_pose = m->base_pose;
     r.base_twist = m->base_twist;
-    m->a = op_answers_create(c, &r);
-    op_compute(c, c->f64, &r, m->a);
+    m->a = op_answer(c, c->f64, &r);
 }
 
 /* Twist of tip t in `frame` by the derivative of its pose; `pose`: in the middle. */
@@ -149,9 +148,8 @@ static void check_energy(op_case *c, const tfa_request *state, const struct moti
 {
     tfa_request r = *state;
     r.op = TFA_OP_BIAS;
-    op_answers *a = op_answers_create(c, &r);
+    op_answers *a = op_answer(c, c->f64, &r);
     double power = 0, size = 0;
-    op_compute(c, c->f64, &r, a);
     for (uint32_t i = 0; i < c->n; i++) {
         power += a->gravity_force[i] * v[i];
         size += fabs(a->gravity_force[i] * v[i]);
@@ -198,8 +196,7 @@ static void differences_at(op_case *c, uint32_t k, tfa_reference_frame frame)
     r.op = TFA_OP_KINEMATICS;
     r.flags = TFA_WANT_POSES | TFA_WANT_TWISTS | TFA_WANT_JACOBIAN | TFA_WANT_COM |
               TFA_WANT_BIAS_ACCELERATION | TFA_WANT_MOMENTUM;
-    op_answers *a = op_answers_create(c, &r);
-    op_compute(c, c->f64, &r, a);
+    op_answers *a = op_answer(c, c->f64, &r);
     for (uint32_t column = 0; column < c->n; column++)
         check_column(c, &r, a, column);
     check_motion(c, k, &r, a);

@@ -56,17 +56,14 @@ static op_answers *regressor_of(const op_case *c, tfa_workspace *w, const uint32
     r.tip_count = count;
     r.rows = TFA_ROWS_POSE;
     memcpy(r.tips, links, count * sizeof *links);
-    op_answers *a = op_answers_create(c, &r);
-    op_compute(c, w, &r, a);
-    return a;
+    return op_answer(c, w, &r);
 }
 
 static void inverse_of(const op_case *c, tfa_workspace *w, const tfa_request *state, double *tau)
 {
     tfa_request r = *state;
     r.op = TFA_OP_INVERSE_DYNAMICS;
-    op_answers *a = op_answers_create(c, &r);
-    op_compute(c, w, &r, a);
+    op_answers *a = op_answer(c, w, &r);
     op_forces(c, a, 0, tau);
     op_answers_free(a);
 }
@@ -77,15 +74,12 @@ static double other_forces(const op_case *c, tfa_workspace *w, double *out)
     tfa_request r = op_state(c, 0);
     double size = 0;
     r.op = TFA_OP_BIAS;
-    op_answers *a = op_answers_create(c, &r);
-    op_compute(c, w, &r, a);
+    op_answers *a = op_answer(c, w, &r);
     const double *terms[] = {a->damping_force, a->friction_force, a->external_force,
                              a->armature_force};
-    for (uint32_t i = 0; i < c->n; i++)
-        out[i] = 0;
     for (int k = 0; k < 4; k++) {
         for (uint32_t i = 0; i < c->n; i++)
-            out[i] += terms[k][i];
+            out[i] = (k ? out[i] : 0) + terms[k][i];
         size += norm2(terms[k], c->n);
     }
     op_answers_free(a);
@@ -166,9 +160,7 @@ static op_answers *momentum_of(const op_case *c, tfa_workspace *w, const tfa_req
     r.op = TFA_OP_KINEMATICS;
     r.flags = TFA_WANT_GENERALISED_MOMENTUM;
     r.tip_count = 0;
-    op_answers *a = op_answers_create(c, &r);
-    op_compute(c, w, &r, a);
-    return a;
+    return op_answer(c, w, &r);
 }
 
 static void check_momentum(const op_case *c, tfa_workspace *w)
@@ -178,8 +170,7 @@ static void check_momentum(const op_case *c, tfa_workspace *w)
     tfa_request r = state;
     r.op = TFA_OP_MASS_MATRIX;
     r.locked_count = r.tip_count = 0;
-    op_answers *m = op_answers_create(c, &r), *a = momentum_of(c, w, &state);
-    op_compute(c, c->f128, &r, m);
+    op_answers *m = op_answer(c, c->f128, &r), *a = momentum_of(c, w, &state);
     op_velocities(c, 0, v);
     for (uint32_t i = 0; i < c->n; i++) {
         want[i] = 0;
@@ -233,13 +224,13 @@ static void check_rate(const op_case *c, tfa_workspace *w)
 static void law(op_case *c)
 {
     tfa_workspace *const workspaces[] = {c->f64, c->f128};
-    for (int k = 0; k < 2; k++) {
-        c->set = (uint32_t)k;
-        check_sum(c, workspaces[k]);
-        check_payload(c, workspaces[k]);
-        check_joints(c, workspaces[k]);
-        check_momentum(c, workspaces[k]);
-        check_rate(c, workspaces[k]);
+    for (c->set = 0; c->set < 2; c->set++) {
+        tfa_workspace *w = workspaces[c->set];
+        check_sum(c, w);
+        check_payload(c, w);
+        check_joints(c, w);
+        check_momentum(c, w);
+        check_rate(c, w);
     }
     c->set = 0;
     if (op_lock(c))

@@ -119,8 +119,7 @@ static void with_op(op_case *c, tfa_workspace *w, tfa_op op)
     op_choose_method(c, &r);
     if (c->set)
         r.method = TFA_METHOD_AUTO;
-    op_answers *a = op_answers_create(c, &r);
-    op_compute(c, w, &r, a);
+    op_answers *a = op_answer(c, w, &r);
     for (uint32_t k = 0; k < r.count; k++) {
         op_set_state_locked(c, k);
         accelerations(c, a, k, qdd);

@@ -164,8 +164,7 @@ static void check_state(op_case *c, const tfa_request *r, const op_answers *a, u
 static void check(op_case *c, tfa_workspace *w, const tfa_request *r)
 {
     c->set = w == c->f128 ? QUAD : c->heavy ? HEAVY : c->chain ? MECHANISMS : ROBOTS;
-    op_answers *a = op_answers_create(c, r);
-    op_compute(c, w, r, a);
+    op_answers *a = op_answer(c, w, r);
     check_state(c, r, a, random_below(&c->s, r->count));
     op_answers_free(a);
 }
@@ -266,8 +265,7 @@ static void equation_of_motion(op_case *c)
         r.op = k % 3 ? TFA_OP_OPERATIONAL_INERTIA : TFA_OP_FORWARD_DYNAMICS;
         r.flags = FLAGS | TFA_WANT_JACOBIAN | TFA_WANT_BIAS_ACCELERATION;
         op_choose_method(c, &r);
-        op_answers *a = op_answers_create(c, &r);
-        op_compute(c, c->f64, &r, a);
+        op_answers *a = op_answer(c, c->f64, &r);
         for (uint32_t state = 0; state < r.count; state++)
             check_equation(c, a, state);
         op_answers_free(a);

@@ -383,6 +383,13 @@ void op_compute(const op_case *c, tfa_workspace *w, const tfa_request *r, op_ans
                  (unsigned)a->reply.state);
 }
 
+op_answers *op_answer(const op_case *c, tfa_workspace *w, const tfa_request *r)
+{
+    op_answers *a = op_answers_create(c, r);
+    op_compute(c, w, r, a);
+    return a;
+}
+
 /* ---- outputs ---- */
 
 const tfa_op op_ops[OP_OPS] = {TFA_OP_KINEMATICS,          TFA_OP_FORWARD_DYNAMICS,
@@ -460,8 +467,7 @@ void op_move(const op_case *c, tfa_workspace *w, uint32_t k, const double *tau, 
     q.tip_count = 0;
     q.tau = tau + c->six;
     q.base_wrench = tau;
-    op_answers *b = op_answers_create(c, &q);
-    op_compute(c, w, &q, b);
+    op_answers *b = op_answer(c, w, &q);
     memcpy(qdd, b->base_acceleration, c->six * sizeof *qdd);
     memcpy(qdd + c->six, b->qdd, c->nv * sizeof *qdd);
     op_answers_free(b);

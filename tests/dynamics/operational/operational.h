@@ -113,6 +113,8 @@ void op_answers_free(op_answers *a);
 
 /** Answers `r` into cleared `a`; must be TFA_OK. */
 void op_compute(const op_case *c, tfa_workspace *w, const tfa_request *r, op_answers *a);
+/** The same into new ones. */
+op_answers *op_answer(const op_case *c, tfa_workspace *w, const tfa_request *r);
 
 /** The ops that answer kinematics, and whether an op answers lambda_inv */
 #define OP_OPS 8

@@ -67,8 +67,7 @@ static void refuse(op_case *c, tfa_workspace *w, tfa_request *r)
 static double between(const op_case *c, const tfa_request *r)
 {
     double least = INFINITY, most = 0;
-    op_answers *a = op_answers_create(c, r);
-    op_compute(c, c->f64, r, a);
+    op_answers *a = op_answer(c, c->f64, r);
     for (uint32_t k = 0; k < r->count; k++) {
         least = fmin(least, a->rank[k].condition);
         most = fmax(most, a->rank[k].condition);

@@ -79,11 +79,9 @@ static void rows_agree(op_case *c)
         r.op = ops[random_below(&c->s, 2)];
         r.flags = TFA_WANT_JACOBIAN | TFA_WANT_BIAS_ACCELERATION | TFA_WANT_TWISTS |
                   TFA_WANT_LAMBDA | TFA_WANT_MU | TFA_WANT_P;
-        op_answers *pose = op_answers_create(c, &r);
-        op_compute(c, c->f64, &r, pose);
+        op_answers *pose = op_answer(c, c->f64, &r);
         r.rows = TFA_ROWS_POINT;
-        op_answers *point = op_answers_create(c, &r);
-        op_compute(c, c->f64, &r, point);
+        op_answers *point = op_answer(c, c->f64, &r);
         assert_memory_equal(point->twists, pose->twists, /* always six numbers */
                             r.count * 6 * r.tip_count * sizeof *pose->twists);
         for (uint32_t k = 0; k < r.count; k++) {

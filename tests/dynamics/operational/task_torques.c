@@ -219,8 +219,7 @@ static void check_posture(struct task *t, int which)
     double posture[OP_FREEDOMS] = {0};
     op_case *c = t->c;
     t->r.tau = t->posture[which];
-    op_answers *b = op_answers_create(c, &t->r);
-    op_compute(c, t->w, &t->r, b);
+    op_answers *b = op_answer(c, t->w, &t->r);
     for (uint32_t k = 0; k < t->r.count; k++) {
         const uint32_t m = t->a->rows;
         op_forces(c, t->a, k, alone);
@@ -259,8 +258,7 @@ static void with_task(struct task *t)
     op_case *c = t->c;
     const double none[OP_FREEDOMS] = {0};
     t->r.tau = NULL;
-    t->a = op_answers_create(c, &t->r);
-    op_compute(c, t->w, &t->r, t->a);
+    t->a = op_answer(c, t->w, &t->r);
     for (uint32_t k = 0; k < t->r.count; k++) {
         double tau[OP_FREEDOMS];
         op_forces(c, t->a, k, tau);

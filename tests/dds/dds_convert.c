@@ -24,14 +24,14 @@ static const tfa_wire_shape floating = {Q, V, 6, FRAMES, MODES, BATCH, TFA_MAX_T
 static const tfa_wire_shape fixed = {Q, V, 0, FRAMES, 0, BATCH, TFA_MAX_TIPS};
 
 /* Enough numbers for the largest array of a test. */
-static double numbers[16][BATCH * 48 * 48];
+static double numbers[TFA_WIRE_REQUEST_BLOCKS][BATCH * 48 * 48];
 
 static const uint32_t joints[V] = {7, 0, UINT32_MAX, 3, 4, 5, 6, 1};
 
 static void fill_numbers(void)
 {
     uint64_t seed = 1;
-    for (size_t i = 0; i < 16; i++)
+    for (size_t i = 0; i < TFA_WIRE_REQUEST_BLOCKS; i++)
         for (size_t k = 0; k < BATCH * 48 * 48; k++)
             numbers[i][k] = test_random(&seed);
 }
@@ -39,45 +39,32 @@ static void fill_numbers(void)
 /* A request that uses every field. */
 static tfa_request full_request(tfa_op op, const tfa_wire_shape *shape)
 {
-    const bool base = shape->base_freedoms > 0;
-    return (tfa_request){
-        .op = op,
-        .method = TFA_METHOD_ABA,
-        .estimate = TFA_ESTIMATE_ALWAYS,
-        .frame = TFA_FRAME_WORLD,
-        .refine = 2,
-        .flags = TFA_WANT_ALL,
-        .rows = TFA_ROWS_POINT,
-        .rank_loss = TFA_RANK_DAMP,
-        .count = 3,
-        .tip_count = 2,
-        .wrench_count = 1,
-        .payload_count = 3,
-        .locked_count = 3,
-        .constraints = 0x8000000a,
-        .tips = {4, 7},
-        .wrench_frames = {5},
-        .payload_frames = {9, UINT32_MAX, 0},
-        .locked = joints,
-        .q = numbers[0],
-        .v = numbers[1],
-        .tau = numbers[2],
-        .qdd = numbers[3],
-        .base_pose = base ? numbers[4] : NULL,
-        .base_twist = base ? numbers[5] : NULL,
-        .base_wrench = base ? numbers[6] : NULL,
-        .base_acceleration = base ? numbers[7] : NULL,
-        .gravity = numbers[8],
-        .wrenches = numbers[9],
-        .payloads = numbers[10],
-        .task_acceleration = numbers[11],
-        .rank_threshold = numbers[12],
-        .modes = shape->modes ? numbers[13] : NULL,
-        .mode_velocities = shape->modes ? numbers[14] : NULL,
-        .constraint_acceleration = numbers[15],
-        .stabilisation = numbers[0],
-        .torque_weights = numbers[1],
-    };
+    tfa_request r = {.op = op,
+                     .method = TFA_METHOD_ABA,
+                     .estimate = TFA_ESTIMATE_ALWAYS,
+                     .frame = TFA_FRAME_WORLD,
+                     .refine = 2,
+                     .flags = TFA_WANT_ALL,
+                     .rows = TFA_ROWS_POINT,
+                     .rank_loss = TFA_RANK_DAMP,
+                     .count = 3,
+                     .tip_count = 2,
+                     .wrench_count = 1,
+                     .payload_count = 3,
+                     .locked_count = 3,
+                     .constraints = 0x8000000a,
+                     .tips = {4, 7},
+                     .wrench_frames = {5},
+                     .payload_frames = {9, UINT32_MAX, 0}};
+#define SET(block, member, ...) r.member = (const void *)numbers[TFA_WIRE_##block];
+    TFA_INPUT_LIST(SET)
+#undef SET
+    r.locked = joints;
+    if (!shape->base_freedoms)
+        r.base_pose = r.base_twist = r.base_wrench = r.base_acceleration = NULL;
+    if (!shape->modes)
+        r.modes = r.mode_velocities = NULL;
+    return r;
 }
 
 typedef struct pair {

@@ -62,6 +62,7 @@ void assert_same_request(const request_sizes *sizes, const tfa_request *sent,
     assert_same_numbers(sent->task_acceleration, got->task_acceleration,
                         count * sent->tip_count * (sent->rows == TFA_ROWS_POINT ? 3 : 6));
     assert_same_numbers(sent->rank_threshold, got->rank_threshold, 1);
+    assert_same_numbers(sent->characteristic_length, got->characteristic_length, 1);
     assert_same_numbers(sent->payloads, got->payloads,
                         (size_t)sent->payload_count * TFA_PAYLOAD_NUMBERS);
     assert_same_numbers(sent->modes, got->modes, count * sizes->modes);

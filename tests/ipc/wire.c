@@ -39,54 +39,23 @@ static tfa_request full_request(const tfa_wire_shape *s, uint32_t without)
                      .tips = {5, 0, 70000},
                      .wrench_frames = {UINT32_MAX, 4},
                      .payload_frames = {1, UINT32_MAX, 0}};
-#define SET(block, array, count)                                                                   \
-    r.array = without >> TFA_WIRE_##block & 1 ? NULL : numbers(WIRE_BATCH * (size_t)(count))
-    SET(Q, q, s->q_count);
-    SET(V, v, s->v_count);
-    SET(TAU, tau, s->v_count);
-    SET(QDD, qdd, s->v_count);
-    SET(BASE_POSE, base_pose, 7);
-    SET(BASE_TWIST, base_twist, 6);
-    SET(BASE_WRENCH, base_wrench, 6);
-    SET(BASE_ACCELERATION, base_acceleration, 6);
-    SET(GRAVITY, gravity, 1);
-    SET(WRENCHES, wrenches, 12);
-    SET(TASK_ACCELERATION, task_acceleration, 9);
-    SET(RANK_THRESHOLD, rank_threshold, 1);
-    SET(PAYLOADS, payloads, TFA_PAYLOAD_NUMBERS);
-    SET(LOCKED, locked, s->v_count);
-    SET(MODES, modes, s->modes);
-    SET(MODE_VELOCITIES, mode_velocities, s->modes);
-    SET(CONSTRAINT_ACCELERATION, constraint_acceleration, 18);
-    SET(STABILISATION, stabilisation, 1);
-    SET(TORQUE_WEIGHTS, torque_weights, s->v_count);
+    const tfa_extents n =
+        tfa_extents_of(s->q_count, s->v_count, s->base_freedoms, s->frames, s->modes, &r);
+#define SET(block, member, a, b, c)                                                                \
+    r.member = without >> TFA_WIRE_##block & 1                                                     \
+                   ? NULL                                                                          \
+                   : numbers(tfa_extent(EXTENT_##a, &n) * tfa_extent(EXTENT_##b, &n) *             \
+                             tfa_extent(EXTENT_##c, &n));
+    TFA_INPUT_LIST(SET)
 #undef SET
     return r;
 }
 
 static void free_request(const tfa_request *r)
 {
-    const void *arrays[] = {r->q,
-                            r->v,
-                            r->tau,
-                            r->qdd,
-                            r->base_pose,
-                            r->base_twist,
-                            r->base_wrench,
-                            r->base_acceleration,
-                            r->gravity,
-                            r->wrenches,
-                            r->payloads,
-                            r->locked,
-                            r->task_acceleration,
-                            r->rank_threshold,
-                            r->modes,
-                            r->mode_velocities,
-                            r->constraint_acceleration,
-                            r->stabilisation,
-                            r->torque_weights};
-    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
-        free((void *)(uintptr_t)arrays[k]);
+#define FREE(block, member, ...) free((void *)(uintptr_t)r->member);
+    TFA_INPUT_LIST(FREE)
+#undef FREE
 }
 
 static request_sizes sizes_of(const tfa_wire_shape *s)

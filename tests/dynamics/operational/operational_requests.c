@@ -98,23 +98,10 @@ static void expect(const char *what, const tfa_request *r, int status, tfa_field
     for (int k = 0; k < MOST; k++)
         x[k] = MARK;
     for (int check = 0; check < 2; check++) {
-        tfa_reply reply = {.qdd = x,
-                           .base_acceleration = x,
-                           .lambda_inv = x,
-                           .tau = x,
-                           .mass_matrix = x,
-                           .jacobian = x,
-                           .bias_acceleration = x,
-                           .twists = x,
-                           .com = x,
-                           .momentum = x,
-                           .energy = x,
-                           .lambda = x,
-                           .mu = x,
-                           .p = x,
-                           .rank = rank,
-                           .gravity_force = x,
-                           .external_force = x};
+        tfa_reply reply = {.rank = rank};
+        for (const tfa_output *o = tfa_outputs; o < tfa_outputs + TFA_WIRE_REPLY_BLOCKS; o++)
+            if (o->size == sizeof *x)
+                tfa_output_set_buffer(o, &reply, x);
         const int got =
             check ? tfa_request_check(model, r, &reply) : tfa_compute(workspace, r, &reply);
         if (got != status || reply.status != status || reply.field != field ||

@@ -19,8 +19,10 @@ static const tfa_link solid = {.mass = 1.5,
                                .inertia = {0.02, 0.001, 0, 0.03, -0.001, 0.04}};
 
 /* root, joint `a` revolute, `b` floating, `c` revolute, and a frame on the last link */
-static void build(tfa_link links[5], tfa_joint joints[4], tfa_description *d)
+static tfa_model *build(const tfa_model_options *options)
 {
+    tfa_link links[5];
+    tfa_joint joints[4];
     static const char *const link_names[] = {"root", "one", "two", "three", "frame"};
     static const char *const joint_names[] = {"a", "b", "c", "d"};
     static const tfa_joint_type types[] = {TFA_JOINT_REVOLUTE, TFA_JOINT_FLOATING,
@@ -39,8 +41,9 @@ static void build(tfa_link links[5], tfa_joint joints[4], tfa_description *d)
                                 .quat = {0, 0, 0, 1},
                                 .axis = {0, k == 0, k != 0},
                                 .mimic = -1};
-    *d = (tfa_description){
+    const tfa_description d = {
         .name = "bad", .links = links, .link_count = 5, .joints = joints, .joint_count = 4};
+    return compiled(&d, options);
 }
 
 /* A request that is in order, on a floating base, and storage to spoil every part of it. */
@@ -177,12 +180,8 @@ static tfa_workspace *workspace;
 static int setup(void **state)
 {
     (void)state;
-    tfa_link links[5];
-    tfa_joint joints[4];
-    tfa_description d;
     const tfa_model_options options = {.base = TFA_BASE_FLOATING};
-    build(links, joints, &d);
-    model = compiled(&d, &options);
+    model = build(&options);
     workspace = workspace_for(model, NULL);
     assert_int_equal(tfa_model_q_count(model), NQ);
     assert_int_equal(tfa_model_v_count(model), NV);
@@ -267,11 +266,7 @@ static tfa_model *build_flexible(void)
                                      .shape_count = 1}};
     const tfa_scene scene = {.modes = modes, .modes_count = 1};
     const tfa_model_options options = {.base = TFA_BASE_FLOATING, .scene = &scene};
-    tfa_link links[5];
-    tfa_joint joints[4];
-    tfa_description d;
-    build(links, joints, &d);
-    return compiled(&d, &options);
+    return build(&options);
 }
 
 static tfa_model *build_closed(void)
@@ -282,11 +277,7 @@ static tfa_model *build_closed(void)
                                         .rows = TFA_CONSTRAINT_WELD};
     static const tfa_scene scene = {.constraints = &weld, .constraint_count = 1};
     static const tfa_model_options options = {.base = TFA_BASE_FLOATING, .scene = &scene};
-    tfa_link links[5];
-    tfa_joint joints[4];
-    tfa_description d;
-    build(links, joints, &d);
-    return compiled(&d, &options);
+    return build(&options);
 }
 
 /* Every input of interface/fields.h: bits that are neither a number nor a joint are refused by some
@@ -448,13 +439,9 @@ TEST(methods_answer_their_ops)
 /* On a fixed base the fields of the base are not read. */
 TEST(fixed_base_ignores_base_fields)
 {
-    tfa_link links[5];
-    tfa_joint joints[4];
-    tfa_description d;
     struct scene s;
     double qdd[2][NV * STATES];
-    build(links, joints, &d);
-    tfa_model *fixed = compiled(&d, NULL);
+    tfa_model *fixed = build(NULL);
     tfa_workspace *w = workspace_for(fixed, NULL);
     set_scene(&s);
     tfa_reply reply = {.qdd = qdd[0]};

@@ -8,7 +8,7 @@
 
 #include <totalforce/description.h>
 
-#define SMALL_ROBOT_LINKS 16
+#define SMALL_ROBOT_LINKS 32
 
 typedef struct small_robot {
     tfa_link link[SMALL_ROBOT_LINKS];

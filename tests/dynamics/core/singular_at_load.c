@@ -6,6 +6,7 @@
  * axes along coordinate axes and origins on them, so that motions coincide often.
  */
 #include "support/fixture.h"
+#include "support/small_robot.h"
 #include "test.h"
 
 #define LINKS 7
@@ -15,51 +16,33 @@
 #define MASS 1.37  /* no inertia is exactly 1, which stands for a row of zeros in the oracle's M */
 #define ZERO 1e-10 /* of a pivot of M, scaled to unit diagonal and given in double */
 
-struct robot {
-    tfa_description d;
-    tfa_link link[LINKS];
-    tfa_joint joint[LINKS];
-};
-
-static void make(struct robot *r, random_source *s)
+static void make(small_robot *r, random_source *s)
 {
-    static const char *const names[] = {"0", "1", "2", "3", "4", "5", "6"};
     static const tfa_joint_type types[] = {
         TFA_JOINT_REVOLUTE, TFA_JOINT_REVOLUTE, TFA_JOINT_REVOLUTE, TFA_JOINT_PRISMATIC,
         TFA_JOINT_FIXED,    TFA_JOINT_PLANAR,   TFA_JOINT_FLOATING};
     const uint32_t links = 2 + random_below(s, LINKS - 1);
-    memset(r, 0, sizeof *r);
-    r->d = (tfa_description){.name = "random",
-                             .links = r->link,
-                             .link_count = links,
-                             .joints = r->joint,
-                             .joint_count = links - 1};
-    for (uint32_t k = 0; k < links; k++) {
-        tfa_link *l = &r->link[k];
-        const int last = k + 1 == links;
-        *l = (tfa_link){.name = names[k], .quat = {0, 0, 0, 1}};
-        if (random_below(s, 3) == 0 || last)
-            l->mass = MASS;
-        if (l->mass > 0 && random_below(s, 3) > 0) /* else a point, or a rod */
-            for (int e = 0; e < 6; e += e ? 2 : 3) /* ixx iyy izz */
-                l->inertia[e] = random_below(s, 4) ? 0.1 : 0;
-        if (l->mass > 0)
-            l->com[random_below(s, 3)] = random_below(s, 2) ? 0.3 : 0;
-    }
+    small_robot_begin(r);
     for (uint32_t k = 0; k + 1 < links; k++) {
-        tfa_joint *j = &r->joint[k];
-        *j = (tfa_joint){.name = names[k + 1],
-                         .type = types[random_below(s, sizeof types / sizeof *types)],
-                         .parent = random_below(s, 4) ? k : random_below(s, k + 1),
-                         .child = k + 1,
-                         .quat = {0, 0, 0, 1},
-                         .mimic = -1};
+        const tfa_joint_type type = types[random_below(s, sizeof types / sizeof *types)];
+        tfa_joint *j =
+            small_robot_add(r, random_below(s, 4) ? k : random_below(s, k + 1), type, 0, 0, 0);
         j->axis[random_below(s, 3)] = 1;
         j->xyz[random_below(s, 3)] = random_below(s, 3) ? 0 : 0.5;
         if (random_below(s, 4) == 0)
             random_quaternion(s, j->quat);
         if (random_below(s, 8) == 0)
             j->armature = 0.1;
+    }
+    for (uint32_t k = 0; k < links; k++) {
+        tfa_link *l = &r->link[k];
+        if (random_below(s, 3) == 0 || k + 1 == links)
+            l->mass = MASS;
+        if (l->mass > 0 && random_below(s, 3) > 0) /* else a point, or a rod */
+            for (int e = 0; e < 6; e += e ? 2 : 3) /* ixx iyy izz */
+                l->inertia[e] = random_below(s, 4) ? 0.1 : 0;
+        if (l->mass > 0)
+            l->com[random_below(s, 3)] = random_below(s, 2) ? 0.3 : 0;
     }
 }
 
@@ -123,7 +106,7 @@ TEST(refused_if_and_only_if_singular)
 {
     uint32_t refused = 0, sound = 0, other = 0;
     for (uint64_t seed = 1; seed <= ROBOTS; seed++) {
-        static struct robot r;
+        static small_robot r;
         random_source s = {seed};
         tfa_report report = {0};
         tfa_model *model = NULL;

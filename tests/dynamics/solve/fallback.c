@@ -6,49 +6,22 @@
  */
 #include "models.h"
 #include "support/fixture.h"
+#include "support/small_robot.h"
 #include "test.h"
 
 enum { LINKS = 24 };
 
-struct chain {
-    tfa_link links[LINKS + 1];
-    tfa_joint joints[LINKS];
-    char names[LINKS + 1][8];
-    tfa_description d;
-};
-
 /* Unit rods of radius `radius` along x, masses 1, ratio, 1, ratio, ..., axes z, y, z, y, ... */
-static void thin_chain(struct chain *c, double radius, double ratio)
+static void thin_chain(small_robot *c, double radius, double ratio)
 {
-    memset(c, 0, sizeof *c);
-    for (int i = 0; i <= LINKS; i++) {
-        const double m = i % 2 ? 1 : ratio;
-        snprintf(c->names[i], sizeof c->names[i], "l%d", i);
-        c->links[i] = (tfa_link){
-            .name = c->names[i],
-            .mass = m,
-            .com = {0.5, 0, 0},
-            .quat = {0, 0, 0, 1},
-            .inertia = {m * radius * radius / 2, 0, 0, m * (3 * radius * radius + 1) / 12, 0,
-                        m * (3 * radius * radius + 1) / 12},
-        };
-    }
+    small_robot_begin(c);
     for (uint32_t i = 0; i < LINKS; i++)
-        c->joints[i] = (tfa_joint){
-            .name = c->names[i],
-            .type = TFA_JOINT_CONTINUOUS,
-            .parent = i,
-            .child = i + 1,
-            .xyz = {i ? 1 : 0, 0, 0},
-            .quat = {0, 0, 0, 1},
-            .axis = {0, i % 2, 1 - i % 2},
-            .mimic = -1,
-        };
-    c->d = (tfa_description){.name = "chain",
-                             .links = c->links,
-                             .link_count = LINKS + 1,
-                             .joints = c->joints,
-                             .joint_count = LINKS};
+        small_robot_add(c, i, TFA_JOINT_CONTINUOUS, 0, i % 2, 1 - i % 2)->xyz[0] = i ? 1 : 0;
+    for (uint32_t i = 0; i <= LINKS; i++) {
+        const double m = i % 2 ? 1 : ratio, across = m * (3 * radius * radius + 1) / 12;
+        small_robot_load(c, i, m, m * radius * radius / 2, across, across);
+        c->link[i].com[0] = 0.5;
+    }
 }
 
 struct setup {
@@ -58,7 +31,7 @@ struct setup {
 };
 
 /* Torques that give every joint the acceleration 1 or -1: the right-hand side that is hardest. */
-static void open_chain(struct setup *s, const struct chain *c)
+static void open_chain(struct setup *s, const small_robot *c)
 {
     const tfa_workspace_options quad = {.precision = TFA_F128};
     double qdd[LINKS];
@@ -84,7 +57,7 @@ static void close_chain(struct setup *s)
 
 TEST(forward_dynamics_falls_back)
 {
-    struct chain c;
+    small_robot c;
     struct setup s;
     double want[LINKS], qdd[LINKS];
     tfa_answer answer;
@@ -129,7 +102,7 @@ TEST(forward_dynamics_falls_back)
 
 TEST(lambda_falls_back)
 {
-    struct chain c;
+    small_robot c;
     struct setup s;
     double want[36], got[36];
     tfa_answer answer;

@@ -258,6 +258,19 @@ static void refuse_inside(const reduction *r, const tfa_request *request)
         }
 }
 
+static void refuse_infinite(const reduction *r, const tfa_request *request)
+{
+    double numbers[TFA_PAYLOAD_NUMBERS];
+    tfa_request q = *request;
+    q.payloads = numbers;
+    q.payload_count = 1;
+    for (int k = 0; k < TFA_PAYLOAD_NUMBERS; k++) {
+        memcpy(numbers, request->payloads, sizeof numbers);
+        numbers[k] = k % 2 ? NAN : INFINITY;
+        must_refuse(r, &q, TFA_E_VALUE, TFA_FIELD_PAYLOADS);
+    }
+}
+
 static void loaded(reduction *r, uint64_t seed)
 {
     double numbers[TFA_MAX_PAYLOADS * TFA_PAYLOAD_NUMBERS];
@@ -275,8 +288,10 @@ static void loaded(reduction *r, uint64_t seed)
             continue;
         tfa_request whole, one = question_state(&a, r, turn % 2, &whole);
         check_answers(r, &one, &whole, r->tie);
-        if (turn == 0)
+        if (turn == 0) {
             refuse_inside(r, &a.r);
+            refuse_infinite(r, &a.r);
+        }
     }
     question_close(&a);
 }

@@ -29,8 +29,8 @@ static bool has_role(dds_entity_t reader, totalforce_dds_Leader *said, uint32_t 
     return false;
 }
 
-/* Says it again and again, but in no flood for a daemon that gets little of a processor, because the
- * readers of this topic are best effort. @return the daemon has that role */
+/* Says it again and again, because the readers of this topic are best effort, but in no flood for
+ * a daemon that gets little of a processor. @return the daemon has that role */
 static bool is_heard(dds_return_t (*say)(dds_entity_t, const void *), dds_entity_t writer,
                      dds_entity_t reader, totalforce_dds_Leader *said, uint32_t role)
 {

@@ -33,6 +33,8 @@ def needed(library):
 
 def copy_licence(name, folder):
     """Terms of a library that the wheel carries, where its package of Debian states them"""
+    if not shutil.which("dpkg-query"):
+        return
     owner = subprocess.run(["dpkg-query", "-S", f"*/{name}"], capture_output=True, text=True).stdout
     terms = pathlib.Path("/usr/share/doc", owner.split(":")[0], "copyright")
     if owner and terms.exists():

@@ -27,7 +27,7 @@ def anchor_of(heading):
 
 
 class Page:
-    """A Markdown file: title, headings (text, anchor), links (label, target) and its HTML."""
+    """A Markdown file: title, headings (text, anchor), links (label, file, anchor) and its HTML."""
 
     def __init__(self, path):
         self.parser = MarkdownIt("commonmark").enable("table")
@@ -36,9 +36,10 @@ class Page:
         for node in SyntaxTreeNode(self.tokens).walk():
             if node.type == "heading":
                 self.add_heading(node)
-            elif node.type in ("link", "image"):
-                name = "href" if node.type == "link" else "src"
-                self.links.append((text_of(node), name, (node.token or node.nester_tokens.opening)))
+            elif node.type == "link":
+                self.add_link(text_of(node), node.nester_tokens.opening, "href")
+            elif node.type == "image":
+                self.add_link(text_of(node), node.token, "src")
 
     def add_heading(self, node):
         text = text_of(node)
@@ -50,22 +51,20 @@ class Page:
         elif node.tag == "h2":
             self.headings.append((text, anchor))
 
-    def targets(self):
-        """(label, token, attribute, file, anchor) of the links into the project"""
-        for label, name, token in self.links:
-            target = str(token.attrGet(name))
-            if not ELSEWHERE.match(target):
-                path, _, anchor = target.partition("#")
-                yield label, token, name, (self.path.parent / path).resolve() if path else self.path, anchor
+    def add_link(self, label, token, attribute):
+        """Into the project: noted, and changed to what stands there in HTML"""
+        target = str(token.attrGet(attribute))
+        if ELSEWHERE.match(target):
+            return
+        path, _, anchor = target.partition("#")
+        file = (self.path.parent / path).resolve() if path else self.path
+        self.links.append((label, file, anchor))
+        if file.suffix == ".md":
+            token.attrSet(attribute, re.sub(r"\.md(#|$)", r".html\1", target))
+        elif file.is_dir():
+            token.attrSet(attribute, target.rstrip("/") + "/index.html")
 
     def body(self):
-        """As HTML, with links from page to page"""
-        for _, token, name, file, _ in self.targets():
-            target = str(token.attrGet(name))
-            if file.suffix == ".md":
-                token.attrSet(name, re.sub(r"\.md(#|$)", r".html\1", target))
-            elif file.is_dir():
-                token.attrSet(name, target.rstrip("/") + "/index.html")
         return self.parser.renderer.render(self.tokens, self.parser.options, {})
 
 
@@ -82,10 +81,13 @@ def follow(source):
         if path in pages:
             continue
         pages[path] = Page(path)
-        for *_, file, _ in pages[path].targets():
-            (waiting if file.suffix == ".md" and file.exists() else files.add(file) or []).append(file)
+        for _, file, _ in pages[path].links:
+            if file.suffix == ".md" and file.exists():
+                waiting.append(file)
+            else:
+                files.add(file)
     for page in pages.values():
-        for label, _, _, file, anchor in page.targets():
+        for label, file, anchor in page.links:
             where = f"{page.path.relative_to(source)}: [{label}]"
             if not file.exists():
                 faults.append(f"{where}: no {file}")
@@ -110,10 +112,12 @@ def copy(source, file, folder):
 
 def write(source, folder, version):
     pages, files, faults = follow(source)
+    if faults:
+        return faults
     template = (HERE / "page.html").read_text()
-    for file in files if not faults else ():
+    for file in files:
         copy(source, file, folder)
-    for path, page in pages.items() if not faults else ():
+    for path, page in pages.items():
         place = (folder / path.relative_to(source)).with_suffix(".html")
         place.parent.mkdir(parents=True, exist_ok=True)
         known = {
@@ -124,7 +128,7 @@ def write(source, folder, version):
             "body": page.body(),
         }
         place.write_text(re.sub(r"\$\{?(\w+)\}?", lambda m: known[m[1]], template))
-    return faults
+    return []
 
 
 if __name__ == "__main__":

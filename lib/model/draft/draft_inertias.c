@@ -178,19 +178,19 @@ void tfa_draft_note_base(const struct draft *d, tfa_report *report)
             mass += m;
     }
     const int is_free = d->description->root_is_free;
-    const int asked = root->mass > 0 && !world && !is_free;
+    const char *before = "; choose", *after = " if it moves";
+    if (is_free) {
+        before = ": the file gives it a free joint, and the base is fixed; choose";
+        after = "";
+    } else if (root->mass > 0 && !world) {
+        before = ", and the file has no link 'world' that it is fixed to; did you mean";
+        after = "?";
+    }
     if (mass > 0 && strcmp(root->name, "world") != 0)
         tfa_report_add(
             report, is_free ? TFA_WARNING : TFA_NOTE, root->line, "base-mass",
             "link '%s': it and what is fixed to it have mass, %.6Lg kg, which is not used%s %s%s",
-            root->name, mass,
-            is_free ? ": the file gives it a free joint, and the base is fixed; choose"
-            : asked ? ", and the file has no link 'world' that it is fixed to; did you mean"
-                    : "; choose",
-            tfa_option_text(report, TFA_OPTION_BASE_FLOATING),
-            asked     ? "?"
-            : is_free ? ""
-                      : " if it moves");
+            root->name, mass, before, tfa_option_text(report, TFA_OPTION_BASE_FLOATING), after);
 }
 
 void tfa_draft_note_immobile(const struct draft *d, tfa_report *report)
